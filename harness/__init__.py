@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     )
     from steadyload.layouts.packers.with_packvium import from_packvium as from_packvium
     from steadyload.layouts.packers.with_py3dbp import from_py3dbp as from_py3dbp
-    from steadyload.methods.method import Verdict as Verdict
+    from steadyload.methods.contract.method import Verdict as Verdict
     from steadyload.methods.registry import make_method as make_method
     from steadyload.methods.session import LoadingSession as LoadingSession
     from steadyload.runs.results import load_results as load_results
@@ -50,7 +50,7 @@ _PUBLIC = {
     "LayoutBatch": "steadyload.layouts.batch:LayoutBatch",
     "LoadingSession": "steadyload.methods.session:LoadingSession",
     "Pallet": "steadyload.layouts.model:Pallet",
-    "Verdict": "steadyload.methods.method:Verdict",
+    "Verdict": "steadyload.methods.contract.method:Verdict",
     "check": "steadyload.app.checking:check",
     "from_packingsolver": "steadyload.layouts.packers.with_packingsolver:from_packingsolver",
     "from_packvium": "steadyload.layouts.packers.with_packvium:from_packvium",

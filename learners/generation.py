@@ -33,7 +33,7 @@ from steadyload.layouts.packing import generate, make_instance
 from steadyload.layouts.scenarios import Scenario
 from steadyload.learners import LearnerError
 from steadyload.learners.sequences import HeldOut, geometry_of
-from steadyload.methods.method import Status
+from steadyload.methods.contract.method import Status
 from steadyload.methods.registry import make_method
 from steadyload.runs.pool import SinglePart
 from steadyload.runs.provenance import provenance, raised

@@ -36,7 +36,7 @@ from steadyload.learners.weights import (
     load_weights,
     save_weights,
 )
-from steadyload.methods.spec import as_plain
+from steadyload.methods.contract.spec import as_plain
 from steadyload.runs.provenance import provenance
 from steadyload.runs.store import locked
 from steadyload.stored import store_list, stored_list

@@ -22,13 +22,13 @@ from steadyload.learners.inference import VERSION as INFERENCE
 from steadyload.learners.inference import Memory
 from steadyload.learners.scoring import THRESHOLD
 from steadyload.learners.weights import Weights, load_weights
-from steadyload.methods.declared import (
+from steadyload.methods.contract.declared import (
     EVERY_LAYOUT,
     LABEL_LIMITS,
     LayoutRange,
     MovementLimits,
 )
-from steadyload.methods.method import (
+from steadyload.methods.contract.method import (
     STABLE,
     Finding,
     Loader,

@@ -15,7 +15,7 @@ from steadyload.errors import nearest
 from steadyload.learners import LearnerError
 from steadyload.learners.features import SYMMETRIES, FeatureKind
 from steadyload.learners.inference import HEADS
-from steadyload.methods.spec import SpecError, bind
+from steadyload.methods.contract.spec import SpecError, bind
 
 
 class NetworkKind(StrEnum):

@@ -10,7 +10,7 @@ import numpy as np
 from steadyload.layouts.model import Arrangement, FloatArray
 from steadyload.learners.compiled import compiled
 from steadyload.learners.features import FeatureKind
-from steadyload.methods.declared import LayoutRange
+from steadyload.methods.contract.declared import LayoutRange
 
 SLACK = 0.1
 """A range is this much wider at both ends, in shares of its ends, before something is outside."""

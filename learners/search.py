@@ -19,7 +19,7 @@ from steadyload.learners import LearnerError
 from steadyload.learners.options import Optimizer, TrainingOptions, allows
 from steadyload.learners.sequences import HeldOut, Sequences
 from steadyload.learners.training import Training
-from steadyload.methods.spec import as_plain
+from steadyload.methods.contract.spec import as_plain
 from steadyload.runs.provenance import raised
 from steadyload.stored import differing, stored_object
 

@@ -23,7 +23,7 @@ from steadyload.learners.network import NETWORKS, LstmNetwork
 from steadyload.learners.options import Optimizer, Schedule, TrainingOptions
 from steadyload.learners.scoring import accuracies
 from steadyload.learners.sequences import HeldOut, Sequences
-from steadyload.methods.spec import as_plain
+from steadyload.methods.contract.spec import as_plain
 from steadyload.reading import MAX_TABLE_BYTES, content_of
 from steadyload.runs.provenance import raised
 from steadyload.stored import differing

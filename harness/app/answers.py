@@ -10,7 +10,7 @@ from typing import Any
 from steadyload.bearing import Crushed
 from steadyload.layouts.footing import Footing, Gap, Side
 from steadyload.layouts.frame import Frame
-from steadyload.methods.method import Verdict
+from steadyload.methods.contract.method import Verdict
 from steadyload.notebook import ShownInNotebook
 from steadyload.statistics.estimate import Estimate
 from steadyload.transport.trials import RuleAnswer

@@ -19,6 +19,7 @@ from steadyload.layouts.model import Layout
 from steadyload.layouts.naming import box_label
 from steadyload.layouts.record import Refused
 from steadyload.layouts.sources import distinct_names
+from steadyload.methods.contract.verdict import Status, Verdict
 from steadyload.methods.recording import (
     Recording,
     record_failure,
@@ -26,7 +27,6 @@ from steadyload.methods.recording import (
     simulation_of,
 )
 from steadyload.methods.registry import make_method
-from steadyload.methods.verdict import Status, Verdict
 from steadyload.reports.viewer.gallery import gallery_html
 from steadyload.reports.viewer.page import MARKS, player_html
 from steadyload.reports.viewer.records import Card, Gallery

@@ -22,9 +22,7 @@ from steadyload.layouts.model import Layout, require_layout
 from steadyload.layouts.naming import box_id, with_ids
 from steadyload.layouts.question import Question
 from steadyload.layouts.record import Refused
-from steadyload.methods.doubt import doubt
-from steadyload.methods.envelope import leaves
-from steadyload.methods.method import (
+from steadyload.methods.contract.method import (
     Method,
     Status,
     Stopwatch,
@@ -32,6 +30,8 @@ from steadyload.methods.method import (
     Verdict,
     judge,
 )
+from steadyload.methods.doubt import doubt
+from steadyload.methods.envelope import leaves
 from steadyload.methods.registry import make_method
 from steadyload.numbers import number_within, seconds_allowed
 from steadyload.runs.able import asked_question

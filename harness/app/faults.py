@@ -6,8 +6,8 @@ from steadyload.layouts.footing import Footing, footing
 from steadyload.layouts.frame import Frame
 from steadyload.layouts.model import Layout
 from steadyload.layouts.naming import box_label
+from steadyload.methods.contract.verdict import Status, Verdict
 from steadyload.methods.registry import make_method
-from steadyload.methods.verdict import Status, Verdict
 
 
 def footing_at_fault(layout: Layout, verdict: Verdict) -> Footing | None:

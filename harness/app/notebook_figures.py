@@ -9,7 +9,7 @@ import numpy as np
 from steadyload.app.checking import Check
 from steadyload.layouts.model import Layout
 from steadyload.layouts.naming import box_label, with_ids
-from steadyload.methods.method import Status, Verdict
+from steadyload.methods.contract.method import Status, Verdict
 from steadyload.reports.table import brief_time, significant
 from steadyload.reports.viewer.notebook import shown_html
 from steadyload.reports.viewer.picture import LoadPicture

@@ -21,7 +21,7 @@ from steadyload.layouts.model import Layout, require_layout
 from steadyload.layouts.naming import box_label, with_ids
 from steadyload.layouts.record import Refused
 from steadyload.layouts.sources import source_name
-from steadyload.methods.method import Method
+from steadyload.methods.contract.method import Method
 from steadyload.methods.recording import RecordedStep, Recording, record_loading
 from steadyload.methods.registry import make_method
 from steadyload.reports.viewer.records import (

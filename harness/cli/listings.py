@@ -22,8 +22,8 @@ class Methods:
         """Print a table of methods, or of the parameters of one."""
         from steadyload.errors import nearest
         from steadyload.escaping import shown
+        from steadyload.methods.contract.spec import SpecError, parse_spec
         from steadyload.methods.registry import make_method, method_listing, method_parameters
-        from steadyload.methods.spec import SpecError, parse_spec
 
         spec = None if self.name is None else parse_spec(self.name)
         listing = method_listing(spec.engine if spec else None)

@@ -113,7 +113,7 @@ class Score(Strict, ReadingFlags):
         Raises:
             SpecError: not of the form, out of range, or an option that needs ``--uncertain``.
         """
-        from steadyload.methods.spec import SpecError, bind
+        from steadyload.methods.contract.spec import SpecError, bind
         from steadyload.methods.uncertainty import parse_uncertainty
         from steadyload.runs.verdict_reliability import Sampling
 

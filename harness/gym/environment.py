@@ -15,7 +15,7 @@ from steadyload.gym.places import grid_of, heights_over, turned
 from steadyload.layouts.checks import is_number
 from steadyload.layouts.model import SIDES, WEIGHTS, FloatArray, Item, Layout, Pallet, Vector
 from steadyload.layouts.packing import ITEM_CLASSES, WeightRule, make_instance, weigh
-from steadyload.methods.method import Method
+from steadyload.methods.contract.method import Method
 from steadyload.methods.session import LoadingSession
 
 Observation = dict[str, Any]

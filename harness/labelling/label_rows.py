@@ -11,9 +11,9 @@ import pyarrow as pa
 
 from steadyload.layouts.benchmark.tables import CASES
 from steadyload.layouts.model import Layout
+from steadyload.methods.contract.method import Status
 from steadyload.methods.criteria import Criterion
 from steadyload.methods.margins import margins
-from steadyload.methods.method import Status
 from steadyload.methods.registry import make_method
 from steadyload.methods.simulation import Simulation
 from steadyload.methods.trace import Trace, UndecidedError, trace_loading

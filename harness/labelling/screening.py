@@ -38,8 +38,8 @@ from steadyload.layouts.benchmark.tables import (
 )
 from steadyload.layouts.model import Layout
 from steadyload.methods import step_answers
+from steadyload.methods.contract.method import Status
 from steadyload.methods.margins import margins
-from steadyload.methods.method import Status
 from steadyload.methods.registry import make_method
 from steadyload.methods.simulation import Simulation
 from steadyload.methods.step_answers import StepAnswer, StepAnswers

@@ -16,7 +16,7 @@ from steadyload.layouts.contacts import VERSION as CONTACTS
 from steadyload.layouts.contacts import Contacts, find_contacts
 from steadyload.layouts.growing import GrowingLayout
 from steadyload.layouts.model import FloatArray, Layout
-from steadyload.methods.method import (
+from steadyload.methods.contract.method import (
     STABLE,
     BatchVerdicts,
     Finding,
@@ -26,9 +26,9 @@ from steadyload.methods.method import (
     Stopwatch,
     Trait,
 )
+from steadyload.methods.contract.spec import NoParameters
+from steadyload.methods.contract.warming import judge_one_item
 from steadyload.methods.rule_loading import RuleLoader
-from steadyload.methods.spec import NoParameters
-from steadyload.methods.warming import judge_one_item
 
 
 @dataclass(frozen=True)

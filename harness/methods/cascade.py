@@ -22,8 +22,8 @@ from pathlib import Path
 from steadyload.engines.quantities import quantity
 from steadyload.layouts.model import Layout
 from steadyload.layouts.question import Question
-from steadyload.methods.declared import LABEL_LIMITS, LayoutRange, MovementLimits
-from steadyload.methods.method import (
+from steadyload.methods.contract.declared import LABEL_LIMITS, LayoutRange, MovementLimits
+from steadyload.methods.contract.method import (
     STABLE,
     Effort,
     Finding,

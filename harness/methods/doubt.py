@@ -10,9 +10,9 @@ from __future__ import annotations
 
 from steadyload.layouts.frame import Frame
 from steadyload.layouts.model import Layout
-from steadyload.methods.method import Method
+from steadyload.methods.contract.method import Method
+from steadyload.methods.contract.verdict import Verdict
 from steadyload.methods.registry import make_method
-from steadyload.methods.verdict import Verdict
 
 _MARGIN, _SHARE = 0.5, 0.05
 """Contact patches are drawn in by this [cm], and by at most this share of the shortest edge of a

@@ -26,7 +26,7 @@ import numpy as np
 from steadyload.layouts.contacts import Contacts, find_contacts
 from steadyload.layouts.frame import Frame
 from steadyload.layouts.model import Layout
-from steadyload.methods.method import Method
+from steadyload.methods.contract.method import Method
 from steadyload.stored import REMEDY, StoredFileError, stored_object
 
 ENVELOPES = "envelopes.json"

@@ -23,10 +23,8 @@ from steadyload.layouts.growing import GrowingLayout
 from steadyload.layouts.model import TOLERANCE, Arrangement, FloatArray, Layout
 from steadyload.methods.balance import VERSION as BALANCE
 from steadyload.methods.balance import VerticalBalance, inset
-from steadyload.methods.criteria import Movement
-from steadyload.methods.declared import MovementLimits
-from steadyload.methods.friction import Sides, unbalanced_item
-from steadyload.methods.method import (
+from steadyload.methods.contract.declared import MovementLimits
+from steadyload.methods.contract.method import (
     STABLE,
     BatchVerdicts,
     Finding,
@@ -37,12 +35,14 @@ from steadyload.methods.method import (
     Stopwatch,
     Trait,
 )
+from steadyload.methods.contract.warming import judge_one_item
+from steadyload.methods.criteria import Movement
+from steadyload.methods.friction import Sides, unbalanced_item
 from steadyload.methods.motion import VERSION as MOTION
 from steadyload.methods.motion import Bodies, displacements_after
 from steadyload.methods.resolution import fastest, unresolved
 from steadyload.methods.rule_loading import BalancedLoader
 from steadyload.methods.touching import touching_points
-from steadyload.methods.warming import judge_one_item
 
 
 class Cones(StrEnum):

@@ -13,8 +13,8 @@ from steadyload.layouts.contacts import Contacts, find_contacts
 from steadyload.layouts.floor import INFINITE
 from steadyload.layouts.growing import GrowingLayout
 from steadyload.layouts.model import Arrangement, Layout
+from steadyload.methods.contract.method import STABLE, Finding, RefusedError, Stopwatch
 from steadyload.methods.criteria import Examiner, Indices
-from steadyload.methods.method import STABLE, Finding, RefusedError, Stopwatch
 from steadyload.methods.moving import MovingItems
 from steadyload.methods.placements import Placements
 from steadyload.methods.scene import (

@@ -11,8 +11,8 @@ from steadyload import kernels
 from steadyload.engines.attitudes import rotate
 from steadyload.kernels.constants import UNBALANCED, UNRESOLVED
 from steadyload.layouts.model import FloatArray, Layout
+from steadyload.methods.contract.method import Finding
 from steadyload.methods.criteria import Indices
-from steadyload.methods.method import Finding
 from steadyload.methods.placements import Placements
 from steadyload.methods.scene import Across, gaps, in_layout, neighbourhood
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from steadyload.methods.method import Method
+from steadyload.methods.contract.method import Method
 from steadyload.methods.registry import method_class, presets
 
 

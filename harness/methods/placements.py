@@ -10,8 +10,8 @@ import numpy as np
 from steadyload.engines.registry import open_world
 from steadyload.engines.world import Box, FixedStepWorld, FloatArray, Poses, WorldSettings
 from steadyload.layouts.question import Question
+from steadyload.methods.contract.method import Effort, Finding, Phase, Status, Stopwatch
 from steadyload.methods.criteria import Examiner, Indices
-from steadyload.methods.method import Effort, Finding, Phase, Status, Stopwatch
 from steadyload.methods.scene import Neighbourhood
 from steadyload.methods.scene import fixed as as_fixed
 from steadyload.methods.simulation_parameters import STILL, BetweenSteps, SimulationParameters

@@ -17,9 +17,9 @@ from steadyload.errors import UserError
 from steadyload.layouts.model import Layout
 from steadyload.layouts.naming import with_ids
 from steadyload.methods.cascade import Cascade
+from steadyload.methods.contract.method import Finding, Method, Status, Stopwatch, Verdict
 from steadyload.methods.criteria import Indices, Movement
 from steadyload.methods.loading import Loading
-from steadyload.methods.method import Finding, Method, Status, Stopwatch, Verdict
 from steadyload.methods.placements import NOTHING
 from steadyload.methods.scene import in_layout
 from steadyload.methods.simulation import Simulation

@@ -21,8 +21,8 @@ from steadyload.engines.registry import capabilities, engines
 from steadyload.errors import nearest
 from steadyload.escaping import shown
 from steadyload.layouts.question import Question
-from steadyload.methods.method import Method
-from steadyload.methods.spec import (
+from steadyload.methods.contract.method import Method
+from steadyload.methods.contract.spec import (
     MethodSpec,
     SpecError,
     allowed_values,

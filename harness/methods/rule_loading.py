@@ -11,7 +11,7 @@ from steadyload import kernels
 from steadyload.kernels.constants import FAILS, STANDS, UNRESOLVED
 from steadyload.layouts.growing import GrowingLayout, Rule
 from steadyload.layouts.model import FloatArray, Item
-from steadyload.methods.method import STABLE, Finding, Loader, Stopwatch
+from steadyload.methods.contract.method import STABLE, Finding, Loader, Stopwatch
 
 
 class RuleLoader(Loader):

@@ -16,7 +16,7 @@ from steadyload.bearing.crushing import crushed_by_now
 from steadyload.errors import UserError
 from steadyload.layouts.growing import GrowingLayout, numbered
 from steadyload.layouts.model import Item, Layout, LayoutError, Pallet
-from steadyload.methods.method import (
+from steadyload.methods.contract.method import (
     STABLE,
     Finding,
     Method,
@@ -27,8 +27,8 @@ from steadyload.methods.method import (
     finding_by,
     verdict_by,
 )
+from steadyload.methods.contract.verdict import verdict_of
 from steadyload.methods.registry import make_method
-from steadyload.methods.verdict import verdict_of
 from steadyload.numbers import seconds_allowed
 
 

@@ -17,9 +17,8 @@ from steadyload.layouts.contacts import find_supports
 from steadyload.layouts.model import Layout
 from steadyload.methods.balance import VERSION as BALANCE
 from steadyload.methods.balance import VerticalBalance, inset
-from steadyload.methods.criteria import Movement
-from steadyload.methods.declared import MovementLimits
-from steadyload.methods.method import (
+from steadyload.methods.contract.declared import MovementLimits
+from steadyload.methods.contract.method import (
     STABLE,
     Finding,
     Method,
@@ -28,9 +27,10 @@ from steadyload.methods.method import (
     Stopwatch,
     Trait,
 )
+from steadyload.methods.contract.warming import judge_one_item
+from steadyload.methods.criteria import Movement
 from steadyload.methods.rest_position import VERSION as REST
 from steadyload.methods.rest_position import RestPositions
-from steadyload.methods.warming import judge_one_item
 
 AT_REST = Movement(-1, 0.0, 0.0, 0.0)
 """Where nothing moves at all."""

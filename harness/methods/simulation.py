@@ -14,10 +14,8 @@ from steadyload.layouts.contacts import VERSION as CONTACTS
 from steadyload.layouts.growing import GrowingLayout
 from steadyload.layouts.model import Layout
 from steadyload.layouts.question import Question
-from steadyload.methods.declared import MovementLimits
-from steadyload.methods.loading import VERSION as LOADING
-from steadyload.methods.loading import GrowingLoading, Loading
-from steadyload.methods.method import (
+from steadyload.methods.contract.declared import MovementLimits
+from steadyload.methods.contract.method import (
     Effort,
     Finding,
     Loader,
@@ -30,6 +28,8 @@ from steadyload.methods.method import (
     TimeoutExpiredError,
     Trait,
 )
+from steadyload.methods.loading import VERSION as LOADING
+from steadyload.methods.loading import GrowingLoading, Loading
 from steadyload.methods.moving import VERSION as MOVING
 from steadyload.methods.placements import REST, Placements
 from steadyload.methods.scene import VERSION as SCENE

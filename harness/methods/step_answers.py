@@ -12,9 +12,9 @@ import numpy as np
 from steadyload.engines.world import Box, EngineError, FloatArray, Poses
 from steadyload.layouts.model import Layout
 from steadyload.layouts.question import Question
+from steadyload.methods.contract.method import Finding, Status, Stopwatch
 from steadyload.methods.criteria import Criterion, Examiner, Indices
 from steadyload.methods.loading import Loading
-from steadyload.methods.method import Finding, Status, Stopwatch
 from steadyload.methods.simulation import Simulation
 from steadyload.methods.simulation_parameters import OF_STANDS, BetweenSteps, Scope
 

@@ -23,8 +23,8 @@ from steadyload.atomic import (
 )
 from steadyload.escaping import printable
 from steadyload.layouts.question import Question, with_question
-from steadyload.methods.method import Method
-from steadyload.methods.spec import SpecError, stored_values
+from steadyload.methods.contract.method import Method
+from steadyload.methods.contract.spec import SpecError, stored_values
 from steadyload.reading import MAX_STORED_BYTES, content_of, json_of
 
 FILE = Path(str(resources.files("steadyload.methods"))) / "cascades.json"

@@ -13,9 +13,9 @@ from steadyload.engines.quantities import check_ranges, quantity
 from steadyload.engines.registry import world_class
 from steadyload.layouts.deviations import NUMBERS_AN_ITEM, deviated
 from steadyload.layouts.model import FloatArray, Layout
-from steadyload.methods.method import Method, Verdict, judge
+from steadyload.methods.contract.method import Method, Verdict, judge
+from steadyload.methods.contract.spec import bind, canonical, split_values
 from steadyload.methods.scene import planar_scene
-from steadyload.methods.spec import bind, canonical, split_values
 
 _WHERE = "uncertain"
 _FRICTION = "friction"

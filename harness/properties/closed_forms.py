@@ -24,7 +24,7 @@ from steadyload.engines.world import (
     Velocities,
     WorldSettings,
 )
-from steadyload.methods.method import Stopwatch
+from steadyload.methods.contract.method import Stopwatch
 from steadyload.properties import mechanics
 
 VERSION = 1
@@ -71,7 +71,7 @@ class Stage:
     """One engine at one frequency.
 
     ``watch``: is checked after every substep; a run that exceeds its limit ends with its
-    :class:`steadyload.methods.method.TimeoutExpiredError`.
+    :class:`steadyload.methods.contract.method.TimeoutExpiredError`.
     """
 
     engine: str

@@ -6,9 +6,9 @@ from hypothesis import strategies as st
 from hypothesis.strategies import DrawFn, SearchStrategy
 
 from steadyload.layouts.model import Item, Layout, Pallet
-from steadyload.methods.declared import LayoutRange
+from steadyload.methods.contract.declared import LayoutRange
+from steadyload.methods.contract.method import Trait, Verdict
 from steadyload.methods.envelope import leaves
-from steadyload.methods.method import Trait, Verdict
 from steadyload.methods.registry import make_method
 from steadyload.properties.margin_filter import is_clear
 from steadyload.properties.property import (

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from steadyload.layouts.model import Layout
+from steadyload.methods.contract.method import Trait, Verdict
 from steadyload.methods.margins import margins
-from steadyload.methods.method import Trait, Verdict
 from steadyload.properties.property import MethodUnderTest
 
 CLEARANCE = 0.3

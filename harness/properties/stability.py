@@ -10,10 +10,10 @@ from hypothesis.strategies import DrawFn, SearchStrategy
 
 from steadyload.engines.world import GRAVITY
 from steadyload.layouts.model import Layout
-from steadyload.methods.declared import MovementLimits
+from steadyload.methods.contract.declared import MovementLimits
+from steadyload.methods.contract.method import Trait
 from steadyload.methods.envelope import leaves
 from steadyload.methods.friction import Sides, unbalanced_item
-from steadyload.methods.method import Trait
 from steadyload.methods.simulation import Simulation
 from steadyload.methods.simulation_parameters import BetweenSteps
 from steadyload.methods.trace import Trace, trace_loading

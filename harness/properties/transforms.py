@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from steadyload.layouts.model import Layout, Vector
-from steadyload.methods.declared import LayoutRange
+from steadyload.methods.contract.declared import LayoutRange
 
 
 def translated(layout: Layout, along_x: float, along_z: float) -> Layout:

@@ -23,8 +23,8 @@ from steadyload.layouts.model import Layout, LayoutError
 from steadyload.layouts.packing import drawn_layouts
 from steadyload.layouts.record import Refused, shown
 from steadyload.layouts.scenarios import Scenario, apply_scenario
+from steadyload.methods.contract.spec import SpecError, parse_spec
 from steadyload.methods.registry import make_method
-from steadyload.methods.spec import SpecError, parse_spec
 from steadyload.reading import toml_of
 
 _log = logging.getLogger("steadyload")

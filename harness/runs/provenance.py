@@ -28,9 +28,9 @@ from steadyload.engines.registry import (
     world_class,
 )
 from steadyload.engines.world import VERSION as WORLD
+from steadyload.methods.contract.method import Method
+from steadyload.methods.contract.spec import stored_values
 from steadyload.methods.envelope import ENVELOPES
-from steadyload.methods.method import Method
-from steadyload.methods.spec import stored_values
 
 OWN = "steadyload"
 """The package whose classes have versions of parts."""

@@ -23,8 +23,8 @@ from steadyload.atomic import ChecksumError, verified_manifest
 from steadyload.layouts.model import Layout
 from steadyload.layouts.parquet_table import table_of
 from steadyload.layouts.record import shown
-from steadyload.methods.method import Method, Verdict
-from steadyload.methods.spec import stored_values
+from steadyload.methods.contract.method import Method, Verdict
+from steadyload.methods.contract.spec import stored_values
 from steadyload.reading import MAX_STORED_BYTES, content_of, json_of
 from steadyload.runs.store import Codec, DamagedError, Store, checksum_of
 from steadyload.runs.store import ResultsError as ResultsError

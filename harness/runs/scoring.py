@@ -11,9 +11,9 @@ from steadyload.layouts.model import Item, Layout
 from steadyload.layouts.naming import box_id, with_ids
 from steadyload.layouts.record import Refused
 from steadyload.layouts.scenarios import Scenario
+from steadyload.methods.contract.method import Method, Status, Verdict, judge
 from steadyload.methods.doubt import doubt
 from steadyload.methods.envelope import leaves
-from steadyload.methods.method import Method, Status, Verdict, judge
 from steadyload.methods.registry import make_method
 from steadyload.methods.uncertainty import Uncertainty
 from steadyload.numbers import seconds_allowed

@@ -9,7 +9,7 @@ from itertools import islice
 from typing import Any
 
 from steadyload.layouts.model import Layout
-from steadyload.methods.method import Method, Status, Verdict, judge
+from steadyload.methods.contract.method import Method, Status, Verdict, judge
 from steadyload.methods.registry import make_method
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.labels import Case

@@ -21,7 +21,7 @@ from steadyload.engines.registry import (
 )
 from steadyload.errors import UserError
 from steadyload.layouts.limits import MAX_FILE_BYTES
-from steadyload.methods.spec import parse_spec
+from steadyload.methods.contract.spec import parse_spec
 from steadyload.reading import (
     MAX_STORED_BYTES,
     TooLargeError,

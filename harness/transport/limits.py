@@ -10,9 +10,9 @@ from steadyload.engines.registry import world_class
 from steadyload.engines.world import EngineError
 from steadyload.escaping import shown
 from steadyload.layouts.model import Layout
+from steadyload.methods.contract.method import Method
 from steadyload.methods.equilibrium import Equilibrium
 from steadyload.methods.friction import Sides
-from steadyload.methods.method import Method
 from steadyload.methods.registry import make_method
 from steadyload.methods.simulation import Simulation
 from steadyload.numbers import number_within

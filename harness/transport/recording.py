@@ -9,8 +9,8 @@ import numpy as np
 from steadyload.engines.world import EngineError, Poses
 from steadyload.layouts.model import FloatArray, Layout
 from steadyload.layouts.naming import box_label
+from steadyload.methods.contract.method import Method, Status, Verdict
 from steadyload.methods.criteria import Movement
-from steadyload.methods.method import Method, Status, Verdict
 from steadyload.methods.recording import RecordedStep, Recording
 from steadyload.methods.scene import in_layout
 from steadyload.methods.simulation import Simulation

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from steadyload.engines.world import EngineError
 from steadyload.layouts.model import Layout
-from steadyload.methods.method import Method
+from steadyload.methods.contract.method import Method
 from steadyload.methods.registry import make_method
 from steadyload.methods.simulation import Simulation
 from steadyload.transport.balance import Mode

@@ -1,8 +1,8 @@
 """CPU time as a sum over a simulation's counted work, so that a search can be repeated.
 
-The terms are counted (:class:`steadyload.methods.method.Effort`) and equal on every machine; what
-each takes is measured once an engine, as the non-negative weights that fit the CPU times of random
-genotypes best.
+The terms are counted (:class:`steadyload.methods.contract.method.Effort`) and equal on every
+machine; what each takes is measured once an engine, as the non-negative weights that fit the CPU
+times of random genotypes best.
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ from steadyload.atomic import (
 )
 from steadyload.engines.world import BroadPhase
 from steadyload.escaping import shown
-from steadyload.methods.method import Effort
+from steadyload.methods.contract.method import Effort
+from steadyload.methods.contract.spec import SpecError
 from steadyload.methods.registry import make_method
 from steadyload.methods.simulation_parameters import SimulationParameters
-from steadyload.methods.spec import SpecError
 from steadyload.methods.tuned import TUNED, tuned, tuned_name
 from steadyload.reading import MAX_STORED_BYTES, content_of, json_of
 from steadyload.runs.pool import PartLimit, SinglePart, run_units

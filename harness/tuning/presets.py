@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from steadyload.layouts.question import Question
-from steadyload.methods.spec import as_plain, parse_spec
+from steadyload.methods.contract.spec import as_plain, parse_spec
 from steadyload.methods.tuned import TUNED, Tuned, tuned, tuned_name, write_tuned
 from steadyload.tuning import TuningError
 from steadyload.tuning.cases import CaseSource

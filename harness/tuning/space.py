@@ -16,12 +16,12 @@ from steadyload.engines.registry import engines, world_class
 from steadyload.engines.world import SETTINGS, Support
 from steadyload.errors import nearest
 from steadyload.layouts.question import Question
+from steadyload.methods.contract.spec import as_plain, bind, canonical
 from steadyload.methods.registry import make_method
 from steadyload.methods.simulation_parameters import (
     SimulationParameters,
     parameters_on,
 )
-from steadyload.methods.spec import as_plain, bind, canonical
 from steadyload.tuning import TuningError
 
 DEFAULT = "extended"

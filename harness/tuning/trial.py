@@ -10,9 +10,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from steadyload.methods.method import Status, judge
+from steadyload.methods.contract.method import Status, judge
+from steadyload.methods.contract.spec import SpecError
 from steadyload.methods.registry import make_method
-from steadyload.methods.spec import SpecError
 from steadyload.runs.pool import PartLimit, SinglePart
 from steadyload.runs.units import hard_seconds
 from steadyload.tuning.cases import CaseSource, load_cases

@@ -25,8 +25,8 @@ from steadyload.learners.plans.plan import (
     Section,
     TablePlan,
 )
+from steadyload.methods.contract.spec import SpecError
 from steadyload.methods.registry import make_method
-from steadyload.methods.spec import SpecError
 from steadyload.reading import toml_of
 
 Named = TypeVar("Named")

@@ -21,7 +21,7 @@ from steadyload.learners.jobs import BENCHMARK, TrainingJob, train_weights
 from steadyload.learners.options import training_preset
 from steadyload.learners.plans.plan import Plan, PlannedTraining, Section
 from steadyload.learners.weights import MANIFEST
-from steadyload.methods.spec import as_plain
+from steadyload.methods.contract.spec import as_plain
 from steadyload.runs.pool import SinglePart, run_units
 from steadyload.runs.store import CHECKPOINTS
 

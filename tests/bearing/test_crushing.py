@@ -11,8 +11,8 @@ from steadyload.app.checking import Answer, check
 from steadyload.bearing import crushing, first_crushed, forces
 from steadyload.bearing.forces import Statics
 from steadyload.layouts.model import Item, Layout, Pallet
-from steadyload.methods import stopwatch
-from steadyload.methods.method import Status
+from steadyload.methods.contract import stopwatch
+from steadyload.methods.contract.method import Status
 from steadyload.methods.session import LoadingSession
 
 

@@ -21,7 +21,7 @@ from steadyload.cli import main
 from steadyload.layouts.benchmark import REAL, load_benchmark
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.model import Item, Layout, Pallet
-from steadyload.methods.method import Verdict
+from steadyload.methods.contract.method import Verdict
 from steadyload.methods.registry import make_method
 from steadyload.runs.scoring import read_entries
 from steadyload.transport.rules import Rule

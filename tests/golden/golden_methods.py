@@ -8,8 +8,8 @@ from pairwise import Row, pairwise
 
 from steadyload.engines.registry import ENGINES as ENTRIES
 from steadyload.engines.registry import capabilities
+from steadyload.methods.contract.spec import SpecError
 from steadyload.methods.registry import make_method
-from steadyload.methods.spec import SpecError
 
 STATIC = (
     "fbs", "pbs0.5", "pbs0.7", "pbs0.9", "sme",

@@ -16,7 +16,7 @@ from golden_cases import Case, load_cases
 from golden_methods import Asked, asked
 
 from steadyload.engines.registry import package_versions
-from steadyload.methods.method import judge
+from steadyload.methods.contract.method import judge
 from steadyload.methods.registry import make_method
 
 FOLDER = Path(__file__).parent / "verdicts"

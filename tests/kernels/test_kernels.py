@@ -22,9 +22,9 @@ from steadyload.layouts.contacts import FLOOR, find_contacts
 from steadyload.methods import make_method
 from steadyload.methods.balance import VerticalBalance
 from steadyload.methods.base_support import FullBaseSupport
-from steadyload.methods.method import Finding, NotBatchedError, Seconds
+from steadyload.methods.contract.method import Finding, NotBatchedError, Seconds
+from steadyload.methods.contract.spec import parse_spec
 from steadyload.methods.resolution import fastest
-from steadyload.methods.spec import parse_spec
 
 BATCHED = ("fbs", "pbs0.7", "sme", "equilibrium", "equilibrium:time=0.3")
 

@@ -7,7 +7,7 @@ import pytest
 from steadyload.layouts.benchmark import CHOOSING, load_benchmark
 from steadyload.layouts.benchmark.dataset import LISTS
 from steadyload.layouts.benchmark.tables import write_tables
-from steadyload.methods.verdict import Status
+from steadyload.methods.contract.verdict import Status
 from steadyload.tuning import TuningError
 from steadyload.tuning.cascade.fitted import FitOptions
 from steadyload.tuning.cases import load_cases, own_part

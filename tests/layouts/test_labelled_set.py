@@ -15,7 +15,7 @@ from steadyload.layouts.benchmark.splits import SIZES, assign_splits
 from steadyload.layouts.heuristics import HEURISTICS
 from steadyload.layouts.packing import make_instance, pack_instance
 from steadyload.layouts.scenarios import Scenario
-from steadyload.methods.method import Status
+from steadyload.methods.contract.method import Status
 from steadyload.methods.registry import make_method
 
 SCENARIOS = [str(s) for s in Scenario]

@@ -8,8 +8,8 @@ import pytest
 
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.benchmark.dataset import CHOOSING, KEYS, LISTS, SETS
+from steadyload.methods.contract.verdict import Status
 from steadyload.methods.registry import make_method
-from steadyload.methods.verdict import Status
 
 PER_CLASS, MOST_OF_LIST, MOST_LAYOUTS = 30, 40, 30
 

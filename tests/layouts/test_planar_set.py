@@ -29,7 +29,7 @@ from steadyload.layouts.packing import (
     pack_instance,
 )
 from steadyload.layouts.scenarios import Scenario, apply_scenario
-from steadyload.methods.method import Status
+from steadyload.methods.contract.method import Status
 from steadyload.methods.registry import make_method
 from steadyload.methods.scene import planar_scene
 from steadyload.runs.definition import load_study

@@ -35,9 +35,9 @@ from steadyload.learners.weights import (
     save_weights,
     weights_folder,
 )
-from steadyload.methods.method import Status
+from steadyload.methods.contract.method import Status
+from steadyload.methods.contract.spec import SpecError
 from steadyload.methods.registry import make_method, method_listing
-from steadyload.methods.spec import SpecError
 from steadyload.runs.provenance import made_by
 
 ROOT = Path(__file__).parents[2]

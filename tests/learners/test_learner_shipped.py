@@ -6,7 +6,7 @@ import pytest
 
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.learners.weights import SHIPPED, load_weights, shipped_weights
-from steadyload.methods.method import Status
+from steadyload.methods.contract.method import Status
 from steadyload.methods.registry import make_method
 
 NAMES = ("lstm_1", "lstm_e")

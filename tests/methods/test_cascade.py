@@ -16,15 +16,15 @@ from steadyload.layouts.question import Question
 from steadyload.methods import registry
 from steadyload.methods.base_support import FullBaseSupport
 from steadyload.methods.cascade import Cascade
-from steadyload.methods.method import (
+from steadyload.methods.contract.method import (
     Finding,
     RefusedError,
     Status,
     StepScorer,
     Stopwatch,
 )
+from steadyload.methods.contract.spec import SpecError
 from steadyload.methods.registry import make_method
-from steadyload.methods.spec import SpecError
 from steadyload.methods.thresholds import (
     Ladder,
     Stage,

@@ -12,6 +12,7 @@ from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.packing import random_layouts
 from steadyload.methods import envelope as module
+from steadyload.methods.contract.verdict import Verdict
 from steadyload.methods.doubt import doubt
 from steadyload.methods.envelope import (
     Envelope,
@@ -23,7 +24,6 @@ from steadyload.methods.envelope import (
     leaves,
 )
 from steadyload.methods.registry import make_method
-from steadyload.methods.verdict import Verdict
 from steadyload.reports.writing import write_page
 from steadyload.runs.definition import load_study
 from steadyload.runs.results import load_manifest

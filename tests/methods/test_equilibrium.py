@@ -12,10 +12,10 @@ from steadyload.layouts.packing import random_layouts
 from steadyload.layouts.scenarios import Scenario
 from steadyload.methods import make_method
 from steadyload.methods.balance import VerticalBalance
+from steadyload.methods.contract.spec import SpecError
+from steadyload.methods.contract.stopwatch import Stopwatch
 from steadyload.methods.margins import margins
 from steadyload.methods.session import LoadingSession
-from steadyload.methods.spec import SpecError
-from steadyload.methods.stopwatch import Stopwatch
 
 PALLET = Pallet(200.0, 200.0, 200.0)
 SIDES = ("none", "frictionless", "friction")

@@ -5,9 +5,9 @@ import pytest
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.methods import make_method
+from steadyload.methods.contract.spec import SpecError
+from steadyload.methods.contract.stopwatch import Stopwatch
 from steadyload.methods.recording import record_loading
-from steadyload.methods.spec import SpecError
-from steadyload.methods.stopwatch import Stopwatch
 
 PALLET = Pallet(100.0, 100.0, 100.0)
 MOVING = "label@mujoco:frequency=240,scope=moving"

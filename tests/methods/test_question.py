@@ -7,9 +7,9 @@ import pytest
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.methods import Status, make_method, placements
+from steadyload.methods.contract.spec import SpecError, stored_values
+from steadyload.methods.contract.stopwatch import Stopwatch
 from steadyload.methods.simulation_parameters import STILL
-from steadyload.methods.spec import SpecError, stored_values
-from steadyload.methods.stopwatch import Stopwatch
 from steadyload.methods.thresholds import fingerprint
 
 GRAVITY = 9.8

@@ -5,8 +5,8 @@ import pytest
 
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.packing import random_layouts
+from steadyload.methods.contract.method import Status, Verdict
 from steadyload.methods.criteria import Criterion
-from steadyload.methods.method import Status, Verdict
 from steadyload.methods.recording import (
     RecordingError,
     record_failure,

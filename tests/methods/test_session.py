@@ -18,10 +18,10 @@ from steadyload.layouts import Item, Layout, LayoutError, Pallet
 from steadyload.layouts.contacts import find_supports
 from steadyload.layouts.packing import random_layouts
 from steadyload.methods import Status, equilibrium
-from steadyload.methods.method import STABLE, Finding, Method, Seconds, WholeLoader
+from steadyload.methods.contract.method import STABLE, Finding, Method, Seconds, WholeLoader
+from steadyload.methods.contract.spec import MethodSpec
 from steadyload.methods.placements import Placements
 from steadyload.methods.session import LoadingSession, SessionError
-from steadyload.methods.spec import MethodSpec
 from steadyload.methods.touching import touching_points
 from steadyload.properties.strategies import layouts, packings
 

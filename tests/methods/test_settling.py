@@ -9,9 +9,9 @@ from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.question import Question
 from steadyload.methods import make_method
+from steadyload.methods.contract.spec import SpecError
+from steadyload.methods.contract.stopwatch import Stopwatch
 from steadyload.methods.session import LoadingSession
-from steadyload.methods.spec import SpecError
-from steadyload.methods.stopwatch import Stopwatch
 
 PALLET = Pallet(200.0, 200.0, 200.0)
 

@@ -19,7 +19,8 @@ from steadyload.engines.world import (
     declare,
 )
 from steadyload.layouts import Item, Layout, Pallet
-from steadyload.methods import Status, make_method, stopwatch
+from steadyload.methods import Status, make_method
+from steadyload.methods.contract import stopwatch
 from steadyload.methods.criteria import euler_angles
 from steadyload.methods.scene import boxes
 

@@ -3,8 +3,8 @@
 import pytest
 
 from steadyload.methods import make_method
+from steadyload.methods.contract.spec import SpecError, parse_spec
 from steadyload.methods.registry import method_listing, presets
-from steadyload.methods.spec import SpecError, parse_spec
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from steadyload.layouts import Item, Layout, Pallet
-from steadyload.methods.method import Status, Verdict
+from steadyload.methods.contract.method import Status, Verdict
 from steadyload.methods.registry import make_method
 
 

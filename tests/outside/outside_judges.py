@@ -15,7 +15,7 @@ from pathlib import Path
 import pymunk
 
 from steadyload.engines.quantities import quantity
-from steadyload.methods.method import STABLE, Method
+from steadyload.methods.contract.method import STABLE, Method
 from steadyload.time_limit import cpu_clock
 
 BAD = "layout-0002"

@@ -18,7 +18,7 @@ from steadyload.studies.table5.study import standard_methods
 
 CODE = """
 from dataclasses import dataclass
-from steadyload.methods.method import STABLE, Finding, Method
+from steadyload.methods.contract.method import STABLE, Finding, Method
 
 
 class Corners(Method):

@@ -12,7 +12,7 @@ from steadyload.engines.registry import EngineEntry, world_class
 from steadyload.engines.world import Velocities
 from steadyload.methods import registry as method_registry
 from steadyload.methods.base_support import FullBaseSupport, PartialBaseSupport
-from steadyload.methods.method import STABLE, Finding
+from steadyload.methods.contract.method import STABLE, Finding
 from steadyload.properties.property import MethodUnderTest
 from steadyload.properties.registry import PROPERTIES
 from steadyload.properties.search import search

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from steadyload.layouts.contacts import find_contacts
 from steadyload.layouts.scenarios import Scenario
 from steadyload.methods import make_method
-from steadyload.methods.declared import EVERY_LAYOUT, LABEL_LIMITS, LayoutRange
+from steadyload.methods.contract.declared import EVERY_LAYOUT, LABEL_LIMITS, LayoutRange
 from steadyload.methods.scene import planar_scene
 from steadyload.properties import strategies as s
 from steadyload.properties.property import Case, MethodUnderTest

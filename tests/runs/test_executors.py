@@ -218,7 +218,7 @@ def test_a_method_beside_the_script_is_found_by_workers(command, tmp_path):
     folder.mkdir()
     (folder / "my_method.py").write_text(
         "from steadyload.methods.base_support import FullBaseSupport\n"
-        "from steadyload.methods.method import STABLE\n"
+        "from steadyload.methods.contract.method import STABLE\n"
         "class Mine(FullBaseSupport):\n"
         "    def _judge(self, layout, watch):\n"
         "        return STABLE\n"

@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from steadyload.methods import cascade, method
+from steadyload.methods import cascade
+from steadyload.methods.contract import method
 from steadyload.methods.registry import METHODS, make_method, method_class
 from steadyload.methods.simulation import Simulation
 from steadyload.runs.definition import load_study

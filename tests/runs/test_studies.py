@@ -22,7 +22,7 @@ from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.model import LayoutError
 from steadyload.layouts.packing import random_layouts
 from steadyload.methods import Status
-from steadyload.methods.method import judge
+from steadyload.methods.contract.method import judge
 from steadyload.methods.registry import make_method
 from steadyload.methods.sme import StaticMechanicalEquilibrium
 from steadyload.runs.definition import StudyDefinition, StudyError, load_study

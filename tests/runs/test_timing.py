@@ -10,7 +10,7 @@ import pytest
 from steadyload.engines.quantities import quantity
 from steadyload.layouts.packing import random_layouts
 from steadyload.methods import registry
-from steadyload.methods.method import STABLE, Method
+from steadyload.methods.contract.method import STABLE, Method
 from steadyload.runs.results import ResultsError
 from steadyload.runs.store import JSON, Store
 from steadyload.runs.timing import taken, timed

@@ -10,7 +10,7 @@ from steadyload.cli import main
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.model import Layout, LayoutError
 from steadyload.layouts.packing import random_layouts
-from steadyload.methods.method import Status, Trait, Verdict
+from steadyload.methods.contract.method import Status, Trait, Verdict
 from steadyload.methods.registry import make_method
 from steadyload.methods.session import LoadingSession
 from steadyload.statistics.estimate import Estimate

@@ -16,7 +16,7 @@ from steadyload.layouts.benchmark.dataset import row_of
 from steadyload.layouts.benchmark.real import NO_CLASS, PALLET_SOFTWARE
 from steadyload.layouts.benchmark.tables import CASES, OPINIONS, UNLABELLED, write_tables
 from steadyload.layouts.question import Question
-from steadyload.methods.spec import SpecError
+from steadyload.methods.contract.spec import SpecError
 from steadyload.reports.writing import write_page
 from steadyload.runs.definition import StudyError
 from steadyload.runs.judged import load_judged

@@ -5,7 +5,8 @@ import pytest
 from steadyload.cli import main
 from steadyload.layouts.heuristics import HEURISTICS, pack_bins
 from steadyload.layouts.packing import ITEM_CLASSES, SPACE_RULES, make_instance, pack
-from steadyload.methods import make_method, stopwatch
+from steadyload.methods import make_method
+from steadyload.methods.contract import stopwatch
 from steadyload.reports.writing import write_page
 from steadyload.studies.session import study as session_cost
 from steadyload.studies.session.packing_gains import PACKED_BY, packing_gains

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from steadyload.engines.world import BroadPhase
-from steadyload.methods import stopwatch
-from steadyload.methods.method import Effort
+from steadyload.methods.contract import stopwatch
+from steadyload.methods.contract.method import Effort
 from steadyload.methods.registry import make_method
 from steadyload.methods.simulation_parameters import SimulationParameters
 from steadyload.studies.tuning.summary import CHEAPEST, DEAREST, hypervolume

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 
 from steadyload.app.recommend.front import Front, Measured
 from steadyload.layouts.question import Question
-from steadyload.methods.spec import SpecError
+from steadyload.methods.contract.spec import SpecError
 from steadyload.runs.able import asked_question
 from steadyload.runs.evaluation import MethodEvaluation
 from steadyload.runs.judged import JudgedCases

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from steadyload.methods.method import Status
+from steadyload.methods.contract.method import Status
 from steadyload.methods.registry import make_method
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import mean, share

@@ -10,7 +10,7 @@ from pathlib import Path
 import pandas as pd
 
 from steadyload.engines.registry import engines_here, world_class
-from steadyload.methods.method import Status
+from steadyload.methods.contract.method import Status
 from steadyload.methods.registry import make_method
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.pool import Executor

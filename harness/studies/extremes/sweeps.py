@@ -12,7 +12,7 @@ from functools import cache, partial
 
 from steadyload.engines.registry import world_class
 from steadyload.engines.world import EngineError
-from steadyload.methods.method import Stopwatch, TimeoutExpiredError
+from steadyload.methods.contract.method import Stopwatch, TimeoutExpiredError
 from steadyload.properties import closed_forms as runs
 from steadyload.properties.closed_forms import NoValueError, Stage
 from steadyload.studies.extremes import measuring as extreme_runs

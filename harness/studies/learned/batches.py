@@ -13,7 +13,7 @@ import numpy as np
 
 from steadyload.layouts.model import Layout
 from steadyload.learners import LearnerError
-from steadyload.methods.method import Method
+from steadyload.methods.contract.method import Method
 from steadyload.methods.registry import make_method
 from steadyload.runs.pool import SinglePart
 from steadyload.runs.provenance import key_of, made_by

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from steadyload.layouts.benchmark import Benchmark, BenchmarkError
 from steadyload.layouts.question import Question
-from steadyload.methods.method import Status
+from steadyload.methods.contract.method import Status
 from steadyload.methods.naming import MethodKey
 from steadyload.runs.able import asked_question
 from steadyload.runs.accuracy import accuracy_of

@@ -23,7 +23,7 @@ from steadyload.learners.ranges import extent_of, trained_ranges
 from steadyload.learners.scoring import items_safe
 from steadyload.learners.sequences import Sequences
 from steadyload.learners.training import VERSION, Training
-from steadyload.methods.spec import as_plain
+from steadyload.methods.contract.spec import as_plain
 from steadyload.runs.pool import SinglePart
 from steadyload.runs.provenance import key_of
 from steadyload.runs.store import CHECKPOINTS, Progress, Store, locked, parquet

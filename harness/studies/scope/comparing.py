@@ -14,7 +14,7 @@ import pandas as pd
 
 from steadyload.layouts.benchmark import Benchmark, BenchmarkError, Part
 from steadyload.layouts.question import Question
-from steadyload.methods.method import Status
+from steadyload.methods.contract.method import Status
 from steadyload.methods.naming import MethodKey
 from steadyload.methods.registry import make_method
 from steadyload.methods.simulation import Simulation

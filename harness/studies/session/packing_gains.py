@@ -12,7 +12,7 @@ from typing import Any
 from steadyload.layouts.heuristics import HEURISTICS, Heuristic
 from steadyload.layouts.model import Layout
 from steadyload.layouts.packing import ITEM_CLASSES, make_instance
-from steadyload.methods.method import Method, Verdict
+from steadyload.methods.contract.method import Method, Verdict
 from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.registry import make_method
 from steadyload.runs.pool import SinglePart

@@ -10,7 +10,7 @@ from steadyload.layouts.heuristics import Heuristic, pack_bins
 from steadyload.layouts.model import Item, Layout
 from steadyload.layouts.packing import Instance, WeightRule, packed_item, source_name
 from steadyload.layouts.spaces import Space
-from steadyload.methods.method import Method
+from steadyload.methods.contract.method import Method
 from steadyload.methods.registry import make_method
 from steadyload.methods.session import LoadingSession
 

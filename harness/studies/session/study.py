@@ -14,7 +14,7 @@ import numpy as np
 
 from steadyload.layouts.model import Item, Layout, Pallet
 from steadyload.layouts.packing import random_boxes
-from steadyload.methods.method import Method
+from steadyload.methods.contract.method import Method
 from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.registry import make_method
 from steadyload.methods.session import LoadingSession

@@ -11,9 +11,9 @@ import numpy as np
 
 from steadyload.layouts.batch import LayoutBatch
 from steadyload.layouts.model import Item, Layout
-from steadyload.methods.method import Method, NotBatchedError, verdict_by
+from steadyload.methods.contract.method import Method, NotBatchedError, verdict_by
+from steadyload.methods.contract.verdict import STABLE
 from steadyload.methods.session import LoadingSession
-from steadyload.methods.verdict import STABLE
 
 _LEAST = 2e-3
 """CPU time of a repeat at least [s]; shorter work is done several times."""

@@ -13,7 +13,7 @@ from steadyload.layouts.formats import read_layouts
 from steadyload.layouts.model import Item, Layout, LayoutError, Pallet
 from steadyload.layouts.packing import random_boxes
 from steadyload.layouts.record import shown
-from steadyload.methods.method import Method, Status
+from steadyload.methods.contract.method import Method, Status
 
 LABELLED = str(Part.VALIDATION)
 """Name of the labelled cases."""

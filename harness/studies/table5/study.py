@@ -13,9 +13,9 @@ from steadyload.app.recommend.kept import SPATIAL
 from steadyload.engines.registry import EngineNotInstalledError, capabilities, engines_here
 from steadyload.layouts.benchmark.dataset import KEYS, PLANAR, set_named
 from steadyload.layouts.question import Question, with_question
-from steadyload.methods.method import Status
+from steadyload.methods.contract.method import Status
+from steadyload.methods.contract.spec import parse_spec
 from steadyload.methods.registry import METHODS, method_class
-from steadyload.methods.spec import parse_spec
 from steadyload.runs.able import able_methods, asked_question
 from steadyload.runs.definition import StudyDefinition, StudyError
 from steadyload.runs.labels import labelled_material

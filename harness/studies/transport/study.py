@@ -15,8 +15,8 @@ from steadyload.layouts.benchmark import REAL, Part, load_benchmark
 from steadyload.layouts.benchmark.dataset import LISTS
 from steadyload.layouts.model import Layout
 from steadyload.layouts.question import Question
+from steadyload.methods.contract.spec import parse_spec
 from steadyload.methods.registry import make_method
-from steadyload.methods.spec import parse_spec
 from steadyload.methods.tuned import TUNED
 from steadyload.runs.able import fixed_step_engines
 from steadyload.runs.pool import Executor, PartLimit, SinglePart

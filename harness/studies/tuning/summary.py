@@ -9,7 +9,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from steadyload.methods.spec import canonical
+from steadyload.methods.contract.spec import canonical
 from steadyload.runs.costs import CostSource
 from steadyload.runs.evaluation import MethodEvaluation
 from steadyload.statistics.estimate import Estimate

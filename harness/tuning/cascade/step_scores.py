@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from steadyload.methods.method import Method, RefusedError, Stopwatch
+from steadyload.methods.contract.method import Method, RefusedError, Stopwatch
 from steadyload.methods.registry import make_method
 from steadyload.tuning.cases import Case
 
@@ -27,8 +27,8 @@ class StepScores:
     """Step scores of one method, the steps of all cases one below the other: N steps of M cases.
 
     Attributes:
-        scores: see :class:`steadyload.methods.method.StepScorer`; not a number where there is none,
-            (N,).
+        scores: see :class:`steadyload.methods.contract.method.StepScorer`; not a number where there
+            is none, (N,).
         cost: CPU time of scoring [ms], (N,).
         opening: CPU time before the first step is scored [ms], (M,).
         decision_threshold: the step score above which the method itself calls a step unstable.

@@ -3,8 +3,8 @@
 import dataclasses
 
 from steadyload.engines.with_mujoco import MujocoWorld
-from steadyload.methods.method import STABLE, Method
-from steadyload.methods.spec import NoParameters
+from steadyload.methods.contract.method import STABLE, Method
+from steadyload.methods.contract.spec import NoParameters
 
 
 class ToyWorld(MujocoWorld):

@@ -14,18 +14,18 @@ from numpy.typing import NDArray
 from steadyload.layouts.batch import LayoutBatch
 from steadyload.layouts.growing import GrowingLayout
 from steadyload.layouts.model import FloatArray, Item, Layout
-from steadyload.methods.declared import EVERY_LAYOUT, LayoutRange, MovementLimits
-from steadyload.methods.spec import MethodSpec, SpecError
-from steadyload.methods.stopwatch import Phase as Phase
-from steadyload.methods.stopwatch import Seconds as Seconds
-from steadyload.methods.stopwatch import Stopwatch as Stopwatch
-from steadyload.methods.verdict import STABLE as STABLE
-from steadyload.methods.verdict import BatchVerdicts as BatchVerdicts
-from steadyload.methods.verdict import Effort as Effort
-from steadyload.methods.verdict import Finding as Finding
-from steadyload.methods.verdict import Status as Status
-from steadyload.methods.verdict import Verdict as Verdict
-from steadyload.methods.verdict import verdict_of
+from steadyload.methods.contract.declared import EVERY_LAYOUT, LayoutRange, MovementLimits
+from steadyload.methods.contract.spec import MethodSpec, SpecError
+from steadyload.methods.contract.stopwatch import Phase as Phase
+from steadyload.methods.contract.stopwatch import Seconds as Seconds
+from steadyload.methods.contract.stopwatch import Stopwatch as Stopwatch
+from steadyload.methods.contract.verdict import STABLE as STABLE
+from steadyload.methods.contract.verdict import BatchVerdicts as BatchVerdicts
+from steadyload.methods.contract.verdict import Effort as Effort
+from steadyload.methods.contract.verdict import Finding as Finding
+from steadyload.methods.contract.verdict import Status as Status
+from steadyload.methods.contract.verdict import Verdict as Verdict
+from steadyload.methods.contract.verdict import verdict_of
 from steadyload.numbers import seconds_allowed
 from steadyload.time_limit import TimeoutExpiredError as TimeoutExpiredError
 
@@ -212,7 +212,8 @@ class StepScorer(ABC):
 class Method(ABC):
     """A method with fixed parameters.
 
-    A subclass declares ``Parameters`` (a frozen dataclass, see :mod:`steadyload.methods.spec`) and
+    A subclass declares ``Parameters`` (a frozen dataclass, see
+    :mod:`steadyload.methods.contract.spec`) and
     :attr:`traits`, and implements :meth:`_judge`. One that can judge single steps overrides
     :meth:`steps`, too.
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from steadyload.layouts.batch import LayoutBatch
 from steadyload.layouts.frame import Frame
 from steadyload.layouts.model import Layout
-from steadyload.methods.stopwatch import Seconds
+from steadyload.methods.contract.stopwatch import Seconds
 from steadyload.notebook import ShownInNotebook
 
 

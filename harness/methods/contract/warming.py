@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from steadyload.layouts.model import Item, Layout, Pallet
-from steadyload.methods.method import Method
+from steadyload.methods.contract.method import Method
 
 
 def judge_one_item(method: Method) -> None:

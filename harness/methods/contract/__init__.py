@@ -1,0 +1,1 @@
+"""The contract of methods: name and parameters, judgement, verdict, times."""
