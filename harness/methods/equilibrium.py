@@ -41,7 +41,7 @@ from steadyload.methods.friction import Sides, unbalanced_item
 from steadyload.methods.motion import VERSION as MOTION
 from steadyload.methods.motion import Bodies, displacements_after
 from steadyload.methods.resolution import fastest, unresolved
-from steadyload.methods.rule_loading import BalancedLoader
+from steadyload.methods.rules.rule_loading import BalancedLoader
 from steadyload.methods.touching import touching_points
 
 

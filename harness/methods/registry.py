@@ -39,9 +39,9 @@ GROUP = "steadyload.methods"
 """Group of entry points of methods."""
 
 METHODS: dict[str, str] = {
-    "fbs": "steadyload.methods.base_support:FullBaseSupport",
-    "pbs": "steadyload.methods.base_support:PartialBaseSupport",
-    "sme": "steadyload.methods.sme:StaticMechanicalEquilibrium",
+    "fbs": "steadyload.methods.rules.base_support:FullBaseSupport",
+    "pbs": "steadyload.methods.rules.base_support:PartialBaseSupport",
+    "sme": "steadyload.methods.rules.sme:StaticMechanicalEquilibrium",
     "equilibrium": "steadyload.methods.equilibrium:Equilibrium",
     "settling": "steadyload.methods.settling:Settling",
     "simulation": "steadyload.methods.simulation:Simulation",

@@ -22,7 +22,7 @@ from verdicts import (
 
 from steadyload.engines import with_bullet
 from steadyload.engines.with_bullet import BulletWorld
-from steadyload.methods.base_support import FullBaseSupport
+from steadyload.methods.rules.base_support import FullBaseSupport
 
 ON_EDGE = "ps_opt@physx"
 """A method of single precision, some of whose verdicts turn."""

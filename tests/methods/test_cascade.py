@@ -14,7 +14,6 @@ from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.packing import random_layouts
 from steadyload.layouts.question import Question
 from steadyload.methods import registry
-from steadyload.methods.base_support import FullBaseSupport
 from steadyload.methods.cascade import Cascade
 from steadyload.methods.contract.method import (
     Finding,
@@ -25,6 +24,7 @@ from steadyload.methods.contract.method import (
 )
 from steadyload.methods.contract.spec import SpecError
 from steadyload.methods.registry import make_method
+from steadyload.methods.rules.base_support import FullBaseSupport
 from steadyload.methods.thresholds import (
     Ladder,
     Stage,

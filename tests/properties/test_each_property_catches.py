@@ -11,8 +11,8 @@ from steadyload.engines import registry as engine_registry
 from steadyload.engines.registry import EngineEntry, world_class
 from steadyload.engines.world import Velocities
 from steadyload.methods import registry as method_registry
-from steadyload.methods.base_support import FullBaseSupport, PartialBaseSupport
 from steadyload.methods.contract.method import STABLE, Finding
+from steadyload.methods.rules.base_support import FullBaseSupport, PartialBaseSupport
 from steadyload.properties.property import MethodUnderTest
 from steadyload.properties.registry import PROPERTIES
 from steadyload.properties.search import search

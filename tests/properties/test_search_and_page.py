@@ -12,9 +12,9 @@ import pytest
 from steadyload.cli import main
 from steadyload.engines.registry import ENGINES, EngineEntry, world_class
 from steadyload.layouts.formats import read_layouts
-from steadyload.methods.base_support import FullBaseSupport
 from steadyload.methods.contract.method import RefusedError
 from steadyload.methods.registry import METHODS
+from steadyload.methods.rules.base_support import FullBaseSupport
 from steadyload.properties import PropertyError, findings, registry
 from steadyload.properties.findings import KnownFinding
 from steadyload.properties.property import Case, MethodUnderTest, Property, Violation

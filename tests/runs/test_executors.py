@@ -217,7 +217,7 @@ def test_a_method_beside_the_script_is_found_by_workers(command, tmp_path):
     folder = tmp_path / "mine"
     folder.mkdir()
     (folder / "my_method.py").write_text(
-        "from steadyload.methods.base_support import FullBaseSupport\n"
+        "from steadyload.methods.rules.base_support import FullBaseSupport\n"
         "from steadyload.methods.contract.method import STABLE\n"
         "class Mine(FullBaseSupport):\n"
         "    def _judge(self, layout, watch):\n"

@@ -26,7 +26,7 @@ methods = ["sme", "equilibrium", "ps3@mujoco", "lstm_1:outside=accept"]
 """
 
 MOVED = {
-    "methods/sme.py": "methods/ramos.py",
+    "methods/rules/sme.py": "methods/ramos.py",
     "methods/balance.py": "methods/vertical.py",
     "methods/loading.py": "methods/algorithm.py",
     "engines/with_mujoco.py": "engines/mujoco_world.py",

@@ -24,7 +24,7 @@ from steadyload.layouts.packing import random_layouts
 from steadyload.methods import Status
 from steadyload.methods.contract.method import judge
 from steadyload.methods.registry import make_method
-from steadyload.methods.sme import StaticMechanicalEquilibrium
+from steadyload.methods.rules.sme import StaticMechanicalEquilibrium
 from steadyload.runs.definition import StudyDefinition, StudyError, load_study
 from steadyload.runs.kept_only import NotKeptError, kept_only
 from steadyload.runs.results import (

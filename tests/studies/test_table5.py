@@ -15,11 +15,11 @@ from steadyload.cli import main
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.question import Question
 from steadyload.methods import registry
-from steadyload.methods.base_support import FullBaseSupport
 from steadyload.methods.contract.method import RefusedError, judge
 from steadyload.methods.contract.spec import parse_spec
 from steadyload.methods.naming import method_key
 from steadyload.methods.registry import make_method
+from steadyload.methods.rules.base_support import FullBaseSupport
 from steadyload.reports.table import names
 from steadyload.runs.able import asked_question
 from steadyload.runs.comparison import Compared

@@ -28,7 +28,7 @@ from steadyload.methods.contract.method import (
 )
 from steadyload.methods.contract.spec import NoParameters
 from steadyload.methods.contract.warming import judge_one_item
-from steadyload.methods.rule_loading import RuleLoader
+from steadyload.methods.rules.rule_loading import RuleLoader
 
 
 @dataclass(frozen=True)

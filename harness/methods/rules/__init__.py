@@ -1,0 +1,1 @@
+"""Rules on what lies below an item, without forces."""
