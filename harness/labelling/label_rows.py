@@ -12,11 +12,11 @@ import pyarrow as pa
 from steadyload.layouts.benchmark.tables import CASES
 from steadyload.layouts.model import Layout
 from steadyload.methods.contract.method import Status
-from steadyload.methods.criteria import Criterion
 from steadyload.methods.margins import margins
 from steadyload.methods.registry import make_method
-from steadyload.methods.simulation import Simulation
-from steadyload.methods.trace import Trace, UndecidedError, trace_loading
+from steadyload.methods.simulation.criteria import Criterion
+from steadyload.methods.simulation.simulation import Simulation
+from steadyload.methods.simulation.trace import Trace, UndecidedError, trace_loading
 
 VERSION = 1
 """Version of the values read from a trace, margins included: raised when rows change."""

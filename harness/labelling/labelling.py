@@ -55,9 +55,9 @@ from steadyload.layouts.benchmark.tables import (
 )
 from steadyload.layouts.model import Layout
 from steadyload.layouts.scenarios import Scenario
-from steadyload.methods import trace
 from steadyload.methods.contract.method import Status
 from steadyload.methods.registry import make_method
+from steadyload.methods.simulation import trace
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.pool import IN_THIS_PROCESS, PartLimit
 from steadyload.runs.provenance import key_of, made_by, provenance

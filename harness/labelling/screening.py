@@ -37,12 +37,12 @@ from steadyload.layouts.benchmark.tables import (
     write_tables,
 )
 from steadyload.layouts.model import Layout
-from steadyload.methods import step_answers
 from steadyload.methods.contract.method import Status
 from steadyload.methods.margins import margins
 from steadyload.methods.registry import make_method
-from steadyload.methods.simulation import Simulation
-from steadyload.methods.step_answers import StepAnswer, StepAnswers
+from steadyload.methods.simulation import step_answers
+from steadyload.methods.simulation.simulation import Simulation
+from steadyload.methods.simulation.step_answers import StepAnswer, StepAnswers
 from steadyload.runs.pool import IN_THIS_PROCESS, PartLimit
 from steadyload.runs.provenance import key_of, made_by, provenance
 from steadyload.runs.store import Store, locked, parquet

@@ -177,7 +177,8 @@ class GrowingLayout:
             near = kernels.cells.items_near(
                 lower, upper, cells, count, self._limits, low, high, reach + TOLERANCE
             )
-            # To the last bit as for all items at once (steadyload.methods.scene.neighbourhood).
+            # To the last bit as for all items at once
+            # (steadyload.methods.simulation.scene.neighbourhood).
             gaps = np.maximum(lower[near] - high, low - upper[near]).max(axis=1)
             found.update(near[gaps <= reach].tolist())
         return sorted(found.difference(items))

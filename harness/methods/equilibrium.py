@@ -36,12 +36,12 @@ from steadyload.methods.contract.method import (
     Trait,
 )
 from steadyload.methods.contract.warming import judge_one_item
-from steadyload.methods.criteria import Movement
 from steadyload.methods.friction import Sides, unbalanced_item
 from steadyload.methods.motion import VERSION as MOTION
 from steadyload.methods.motion import Bodies, displacements_after
 from steadyload.methods.resolution import fastest, unresolved
 from steadyload.methods.rules.rule_loading import BalancedLoader
+from steadyload.methods.simulation.criteria import Movement
 from steadyload.methods.touching import touching_points
 
 

@@ -44,7 +44,7 @@ METHODS: dict[str, str] = {
     "sme": "steadyload.methods.rules.sme:StaticMechanicalEquilibrium",
     "equilibrium": "steadyload.methods.equilibrium:Equilibrium",
     "settling": "steadyload.methods.settling:Settling",
-    "simulation": "steadyload.methods.simulation:Simulation",
+    "simulation": "steadyload.methods.simulation.simulation:Simulation",
     "lstm_1": "steadyload.learners.methods:LearnedMethod",
     "lstm_e": "steadyload.learners.methods:LearnedEnsemble",
     "cascade": "steadyload.methods.cascade:Cascade",

@@ -23,7 +23,7 @@ from scipy.sparse import csc_array, csr_array
 
 from steadyload.kernels.constants import FLOOR
 from steadyload.layouts.model import TOLERANCE, FloatArray, Layout
-from steadyload.methods.criteria import Movement
+from steadyload.methods.simulation.criteria import Movement
 
 VERSION = 1
 """Of rest positions: raised when others are found."""

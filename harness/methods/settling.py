@@ -28,9 +28,9 @@ from steadyload.methods.contract.method import (
     Trait,
 )
 from steadyload.methods.contract.warming import judge_one_item
-from steadyload.methods.criteria import Movement
 from steadyload.methods.rest_position import VERSION as REST
 from steadyload.methods.rest_position import RestPositions
+from steadyload.methods.simulation.criteria import Movement
 
 AT_REST = Movement(-1, 0.0, 0.0, 0.0)
 """Where nothing moves at all."""

@@ -15,7 +15,7 @@ from steadyload.layouts.deviations import NUMBERS_AN_ITEM, deviated
 from steadyload.layouts.model import FloatArray, Layout
 from steadyload.methods.contract.method import Method, Verdict, judge
 from steadyload.methods.contract.spec import bind, canonical, split_values
-from steadyload.methods.scene import planar_scene
+from steadyload.methods.simulation.scene import planar_scene
 
 _WHERE = "uncertain"
 _FRICTION = "friction"

@@ -14,9 +14,9 @@ from steadyload.methods.contract.declared import MovementLimits
 from steadyload.methods.contract.method import Trait
 from steadyload.methods.envelope import leaves
 from steadyload.methods.friction import Sides, unbalanced_item
-from steadyload.methods.simulation import Simulation
-from steadyload.methods.simulation_parameters import BetweenSteps
-from steadyload.methods.trace import Trace, trace_loading
+from steadyload.methods.simulation.simulation import Simulation
+from steadyload.methods.simulation.simulation_parameters import BetweenSteps
+from steadyload.methods.simulation.trace import Trace, trace_loading
 from steadyload.properties.margin_filter import balance_lost
 from steadyload.properties.mechanics import tipping_time
 from steadyload.properties.property import (

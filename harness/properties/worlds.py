@@ -13,8 +13,8 @@ from hypothesis.strategies import DrawFn, SearchStrategy
 from steadyload.engines.attitudes import rotate
 from steadyload.engines.registry import open_world
 from steadyload.engines.world import GRAVITY, FixedStepWorld, Velocities, WorldSettings
-from steadyload.methods.scene import Across, boxes, planar_scene
-from steadyload.methods.simulation import Simulation
+from steadyload.methods.simulation.scene import Across, boxes, planar_scene
+from steadyload.methods.simulation.simulation import Simulation
 from steadyload.properties.property import (
     Case,
     MethodUnderTest,

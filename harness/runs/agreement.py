@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from steadyload.methods.naming import MethodKey
-from steadyload.methods.simulation_parameters import SimulationParameters
+from steadyload.methods.simulation.simulation_parameters import SimulationParameters
 from steadyload.runs.answers import Answers, answers_of
 from steadyload.runs.judged import JudgedCases
 from steadyload.statistics.estimate import NOTHING, Estimate

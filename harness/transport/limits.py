@@ -14,7 +14,7 @@ from steadyload.methods.contract.method import Method
 from steadyload.methods.equilibrium import Equilibrium
 from steadyload.methods.friction import Sides
 from steadyload.methods.registry import make_method
-from steadyload.methods.simulation import Simulation
+from steadyload.methods.simulation.simulation import Simulation
 from steadyload.numbers import number_within
 from steadyload.transport.balance import BalanceProgramme, Mode
 from steadyload.transport.errors import TransportError, UnsolvedError

@@ -10,10 +10,10 @@ from steadyload.engines.world import EngineError, Poses
 from steadyload.layouts.model import FloatArray, Layout
 from steadyload.layouts.naming import box_label
 from steadyload.methods.contract.method import Method, Status, Verdict
-from steadyload.methods.criteria import Movement
 from steadyload.methods.recording import RecordedStep, Recording
-from steadyload.methods.scene import in_layout
-from steadyload.methods.simulation import Simulation
+from steadyload.methods.simulation.criteria import Movement
+from steadyload.methods.simulation.scene import in_layout
+from steadyload.methods.simulation.simulation import Simulation
 from steadyload.transport.errors import TransportError
 from steadyload.transport.riding import LoadedWorld, Look
 from steadyload.transport.rules import Rule

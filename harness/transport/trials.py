@@ -9,7 +9,7 @@ from steadyload.engines.world import EngineError
 from steadyload.layouts.model import Layout
 from steadyload.methods.contract.method import Method
 from steadyload.methods.registry import make_method
-from steadyload.methods.simulation import Simulation
+from steadyload.methods.simulation.simulation import Simulation
 from steadyload.transport.balance import Mode
 from steadyload.transport.errors import TransportError
 from steadyload.transport.history import History

@@ -30,7 +30,7 @@ from steadyload.escaping import shown
 from steadyload.methods.contract.method import Effort
 from steadyload.methods.contract.spec import SpecError
 from steadyload.methods.registry import make_method
-from steadyload.methods.simulation_parameters import SimulationParameters
+from steadyload.methods.simulation.simulation_parameters import SimulationParameters
 from steadyload.methods.tuned import TUNED, tuned, tuned_name
 from steadyload.reading import MAX_STORED_BYTES, content_of, json_of
 from steadyload.runs.pool import PartLimit, SinglePart, run_units

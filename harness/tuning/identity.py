@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from steadyload.methods.registry import make_method
-from steadyload.methods.simulation_parameters import parameters_on
+from steadyload.methods.simulation.simulation_parameters import parameters_on
 from steadyload.runs.provenance import made_by
 from steadyload.tuning import cost, proposers, trial
 from steadyload.tuning.options import SearchOptions

@@ -18,7 +18,7 @@ from steadyload.errors import nearest
 from steadyload.layouts.question import Question
 from steadyload.methods.contract.spec import as_plain, bind, canonical
 from steadyload.methods.registry import make_method
-from steadyload.methods.simulation_parameters import (
+from steadyload.methods.simulation.simulation_parameters import (
     SimulationParameters,
     parameters_on,
 )

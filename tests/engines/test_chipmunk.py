@@ -5,7 +5,7 @@ import pytest
 
 from steadyload.engines.with_chipmunk import ChipmunkWorld
 from steadyload.engines.world import WorldSettings
-from steadyload.methods.scene import boxes, planar_scene
+from steadyload.methods.simulation.scene import boxes, planar_scene
 from steadyload.tuning.cases import CaseSource, load_cases
 
 

@@ -11,7 +11,7 @@ from steadyload.engines.substeps import SubstepClock
 from steadyload.engines.world import Box, WorldSettings
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.model import SIDES, WEIGHTS
-from steadyload.methods.scene import boxes
+from steadyload.methods.simulation.scene import boxes
 
 NAN, INF = math.nan, math.inf
 

@@ -20,7 +20,7 @@ def now():
 @pytest.mark.parametrize(
     ("kind", "version"),
     [
-        ("labels", "methods/trace.py or labelling/label_rows.py"),
+        ("labels", "methods/simulation/trace.py or labelling/label_rows.py"),
         ("features", "learners/features.py"),
         ("extremes", "studies/extremes/measuring.py or sweeps.py"),
         ("closed forms", "properties/closed_forms.py"),

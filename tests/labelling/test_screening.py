@@ -16,7 +16,7 @@ from steadyload.layouts.benchmark import BenchmarkError, load_benchmark
 from steadyload.layouts.benchmark.dataset import KEYS
 from steadyload.layouts.benchmark.tables import CASES, UNLABELLED, read_tables, write_tables
 from steadyload.methods.registry import make_method
-from steadyload.methods.step_answers import StepAnswers
+from steadyload.methods.simulation.step_answers import StepAnswers
 
 
 @pytest.fixture(scope="module")

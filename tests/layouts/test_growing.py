@@ -13,7 +13,7 @@ from steadyload.layouts import Item, Layout, LayoutError, Pallet
 from steadyload.layouts.contacts import FLOOR, find_supports
 from steadyload.layouts.growing import GrowingLayout
 from steadyload.layouts.packing import random_layouts
-from steadyload.methods.scene import neighbourhood
+from steadyload.methods.simulation.scene import neighbourhood
 from steadyload.properties.strategies import layouts, packings
 
 FEW = settings(

@@ -31,7 +31,7 @@ from steadyload.layouts.packing import (
 from steadyload.layouts.scenarios import Scenario, apply_scenario
 from steadyload.methods.contract.method import Status
 from steadyload.methods.registry import make_method
-from steadyload.methods.scene import planar_scene
+from steadyload.methods.simulation.scene import planar_scene
 from steadyload.runs.definition import load_study
 from steadyload.runs.labels import load_labels
 from steadyload.runs.results import load_manifest

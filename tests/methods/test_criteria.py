@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from steadyload.engines.world import Box, Poses
-from steadyload.methods.criteria import Criterion, Examiner
+from steadyload.methods.simulation.criteria import Criterion, Examiner
 
 # World (x, y, z) = layout (z, x, y).
 TO_LAYOUT = np.array([[0, 1, 0], [0, 0, 1], [1, 0, 0]], dtype=float)

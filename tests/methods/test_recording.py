@@ -6,7 +6,6 @@ import pytest
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.packing import random_layouts
 from steadyload.methods.contract.method import Status, Verdict
-from steadyload.methods.criteria import Criterion
 from steadyload.methods.recording import (
     RecordingError,
     record_failure,
@@ -14,6 +13,7 @@ from steadyload.methods.recording import (
     simulation_of,
 )
 from steadyload.methods.registry import make_method
+from steadyload.methods.simulation.criteria import Criterion
 
 SPECS = [
     "ps3@bullet",

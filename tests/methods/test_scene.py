@@ -9,7 +9,7 @@ from steadyload.layouts.contacts import find_contacts
 from steadyload.layouts.packing import random_layouts
 from steadyload.methods import Status, make_method
 from steadyload.methods.contract.method import Effort
-from steadyload.methods.scene import boxes, joined_groups, neighbourhood, planar_scene
+from steadyload.methods.simulation.scene import boxes, joined_groups, neighbourhood, planar_scene
 
 PALLET = Pallet(100.0, 100.0, 100.0)
 SPATIAL = [e for e in engine_names() if world_class(e).capabilities.dimensions == 3]

@@ -20,8 +20,8 @@ from steadyload.layouts.packing import random_layouts
 from steadyload.methods import Status, equilibrium
 from steadyload.methods.contract.method import STABLE, Finding, Method, Seconds, WholeLoader
 from steadyload.methods.contract.spec import MethodSpec
-from steadyload.methods.placements import Placements
 from steadyload.methods.session import LoadingSession, SessionError
+from steadyload.methods.simulation.placements import Placements
 from steadyload.methods.touching import touching_points
 from steadyload.properties.strategies import layouts, packings
 

@@ -21,8 +21,8 @@ from steadyload.engines.world import (
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.methods import Status, make_method
 from steadyload.methods.contract import stopwatch
-from steadyload.methods.criteria import euler_angles
-from steadyload.methods.scene import boxes
+from steadyload.methods.simulation.criteria import euler_angles
+from steadyload.methods.simulation.scene import boxes
 
 
 class ScriptedWorld(FixedStepWorld):

@@ -7,10 +7,10 @@ from steadyload.engines.world import EngineError
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.packing import random_layouts
 from steadyload.methods.contract.method import Status
-from steadyload.methods.criteria import Criterion
-from steadyload.methods.loading import Loading
 from steadyload.methods.registry import make_method
-from steadyload.methods.trace import LIMIT_T, UndecidedError, trace_loading
+from steadyload.methods.simulation.criteria import Criterion
+from steadyload.methods.simulation.loading import Loading
+from steadyload.methods.simulation.trace import LIMIT_T, UndecidedError, trace_loading
 
 MUJOCO = "label@mujoco"
 

@@ -10,7 +10,7 @@ from steadyload.layouts.contacts import find_contacts
 from steadyload.layouts.scenarios import Scenario
 from steadyload.methods import make_method
 from steadyload.methods.contract.declared import EVERY_LAYOUT, LABEL_LIMITS, LayoutRange
-from steadyload.methods.scene import planar_scene
+from steadyload.methods.simulation.scene import planar_scene
 from steadyload.properties import strategies as s
 from steadyload.properties.property import Case, MethodUnderTest
 from steadyload.properties.registry import PROPERTIES

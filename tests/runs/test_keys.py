@@ -26,7 +26,7 @@ from steadyload.layouts.packing import random_layouts
 from steadyload.learners.generation import GenerationOptions, ListUnit
 from steadyload.learners.plans.plan import Plan, PlannedTraining
 from steadyload.learners.plans.trainings import Workshop
-from steadyload.methods import trace
+from steadyload.methods.simulation import trace
 from steadyload.properties import closed_forms as measuring
 from steadyload.properties.property import MethodUnderTest
 from steadyload.properties.registry import PROPERTIES

@@ -12,7 +12,7 @@ import pytest
 from steadyload.methods import cascade
 from steadyload.methods.contract import method
 from steadyload.methods.registry import METHODS, make_method, method_class
-from steadyload.methods.simulation import Simulation
+from steadyload.methods.simulation.simulation import Simulation
 from steadyload.runs.definition import load_study
 from steadyload.runs.provenance import key_of, made_by, provenance, provenance_lines, source_line
 from steadyload.runs.runner import run_study
@@ -28,7 +28,7 @@ methods = ["sme", "equilibrium", "ps3@mujoco", "lstm_1:outside=accept"]
 MOVED = {
     "methods/rules/sme.py": "methods/ramos.py",
     "methods/balance.py": "methods/vertical.py",
-    "methods/loading.py": "methods/algorithm.py",
+    "methods/simulation/loading.py": "methods/algorithm.py",
     "engines/with_mujoco.py": "engines/mujoco_world.py",
     "layouts/contacts.py": "layouts/touching_faces.py",
     "learners/methods.py": "learners/networks_that_judge.py",

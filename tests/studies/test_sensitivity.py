@@ -7,8 +7,8 @@ import pytest
 
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.question import Question
-from steadyload.methods.criteria import Criterion
 from steadyload.methods.registry import make_method
+from steadyload.methods.simulation.criteria import Criterion
 from steadyload.reports.writing import write_page
 from steadyload.statistics.estimate import Estimate
 from steadyload.studies.sensitivity.page import sensitivity_page, what_survives

@@ -6,7 +6,7 @@ import pytest
 
 from steadyload.engines.world import EngineError
 from steadyload.layouts.model import Item, Layout, Pallet
-from steadyload.methods.simulation_parameters import SimulationParameters
+from steadyload.methods.simulation.simulation_parameters import SimulationParameters
 from steadyload.transport.balance import Mode
 from steadyload.transport.errors import TransportError
 from steadyload.transport.history import History, constant, half_sine, recorded, trapezoid

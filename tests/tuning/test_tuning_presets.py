@@ -9,7 +9,7 @@ from steadyload.layouts.question import Question
 from steadyload.methods import registry, tuned
 from steadyload.methods.contract.spec import SpecError, as_plain
 from steadyload.methods.registry import make_method, method_listing
-from steadyload.methods.simulation_parameters import OF_STANDS
+from steadyload.methods.simulation.simulation_parameters import OF_STANDS
 from steadyload.methods.tuned import Tuned, tuned_name, write_tuned
 from steadyload.studies.tuning.study import tuning_study
 from steadyload.studies.tuning.summary import tuning_of

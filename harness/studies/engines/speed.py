@@ -21,8 +21,8 @@ from steadyload.layouts.model import Item, Layout, Pallet
 from steadyload.layouts.packing import random_boxes, random_layouts
 from steadyload.methods.contract.method import Status, Verdict
 from steadyload.methods.registry import make_method
-from steadyload.methods.scene import boxes
-from steadyload.methods.simulation_parameters import SimulationParameters
+from steadyload.methods.simulation.scene import boxes
+from steadyload.methods.simulation.simulation_parameters import SimulationParameters
 from steadyload.runs.pool import SinglePart
 from steadyload.runs.provenance import key_of, made_on
 from steadyload.runs.store import kept_records

@@ -21,7 +21,7 @@ from steadyload.engines.world import (
     Velocities,
     WorldSettings,
 )
-from steadyload.methods.criteria import Criterion, Examiner, euler_angles
+from steadyload.methods.simulation.criteria import Criterion, Examiner, euler_angles
 from steadyload.properties import closed_forms as runs
 from steadyload.properties import mechanics
 from steadyload.properties.closed_forms import Stage

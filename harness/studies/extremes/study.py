@@ -18,7 +18,7 @@ from steadyload.atomic import write_atomically
 from steadyload.engines.registry import engines as registered
 from steadyload.engines.registry import engines_here, package_versions, world_class
 from steadyload.errors import nearest
-from steadyload.methods import loading
+from steadyload.methods.simulation import loading
 from steadyload.properties import closed_forms as closed_form_runs
 from steadyload.runs.definition import StudyError
 from steadyload.runs.pool import IN_THIS_PROCESS, PartLimit, SinglePart

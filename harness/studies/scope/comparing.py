@@ -17,7 +17,7 @@ from steadyload.layouts.question import Question
 from steadyload.methods.contract.method import Status
 from steadyload.methods.naming import MethodKey
 from steadyload.methods.registry import make_method
-from steadyload.methods.simulation import Simulation
+from steadyload.methods.simulation.simulation import Simulation
 from steadyload.reports.columns import column, compact, counts, factor, p_value, percent, row
 from steadyload.runs.comparison import Compared, compared, difference
 from steadyload.runs.costs import CPU, CostKind

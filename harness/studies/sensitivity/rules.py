@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from steadyload.layouts.question import Question
-from steadyload.methods.criteria import Criterion
 from steadyload.methods.registry import make_method
+from steadyload.methods.simulation.criteria import Criterion
 
 REFERENCE = "label@reference"
 """The preset that makes labels; every rule is a change of its parameters."""

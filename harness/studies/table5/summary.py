@@ -22,8 +22,8 @@ from steadyload.layouts.question import Question
 from steadyload.methods.contract.spec import as_plain
 from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.registry import make_method
-from steadyload.methods.scene import planar_scene
-from steadyload.methods.simulation import Simulation
+from steadyload.methods.simulation.scene import planar_scene
+from steadyload.methods.simulation.simulation import Simulation
 from steadyload.runs.agreement import AgreementMatrix, agreement_matrix, tuning
 from steadyload.runs.comparison import Family, PairTest
 from steadyload.runs.costs import timed_costs

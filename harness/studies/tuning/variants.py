@@ -10,7 +10,7 @@ from typing import Any
 from steadyload.engines.registry import capabilities
 from steadyload.methods.contract.spec import as_plain, bind
 from steadyload.methods.registry import make_method
-from steadyload.methods.simulation_parameters import parameters_on
+from steadyload.methods.simulation.simulation_parameters import parameters_on
 from steadyload.methods.tuned import TUNED
 from steadyload.tuning.space import Space, gene_groups, spec_of
 

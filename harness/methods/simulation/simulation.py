@@ -28,12 +28,12 @@ from steadyload.methods.contract.method import (
     TimeoutExpiredError,
     Trait,
 )
-from steadyload.methods.loading import VERSION as LOADING
-from steadyload.methods.loading import GrowingLoading, Loading
-from steadyload.methods.moving import VERSION as MOVING
-from steadyload.methods.placements import REST, Placements
-from steadyload.methods.scene import VERSION as SCENE
-from steadyload.methods.simulation_parameters import (
+from steadyload.methods.simulation.loading import VERSION as LOADING
+from steadyload.methods.simulation.loading import GrowingLoading, Loading
+from steadyload.methods.simulation.moving import VERSION as MOVING
+from steadyload.methods.simulation.placements import REST, Placements
+from steadyload.methods.simulation.scene import VERSION as SCENE
+from steadyload.methods.simulation.simulation_parameters import (
     OF_STANDS,
     BetweenSteps,
     Scope,

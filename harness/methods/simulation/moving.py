@@ -12,9 +12,9 @@ from steadyload.engines.attitudes import rotate
 from steadyload.kernels.constants import UNBALANCED, UNRESOLVED
 from steadyload.layouts.model import FloatArray, Layout
 from steadyload.methods.contract.method import Finding
-from steadyload.methods.criteria import Indices
-from steadyload.methods.placements import Placements
-from steadyload.methods.scene import Across, gaps, in_layout, neighbourhood
+from steadyload.methods.simulation.criteria import Indices
+from steadyload.methods.simulation.placements import Placements
+from steadyload.methods.simulation.scene import Across, gaps, in_layout, neighbourhood
 
 BoolArray = NDArray[np.bool_]
 

@@ -18,11 +18,11 @@ from steadyload.engines.world import Box, EngineError, FloatArray, Poses
 from steadyload.layouts.model import Layout
 from steadyload.layouts.question import Question
 from steadyload.methods.contract.method import Finding, Status, Stopwatch
-from steadyload.methods.criteria import Criterion, Examiner, Indices
-from steadyload.methods.loading import Loading
-from steadyload.methods.scene import CM
-from steadyload.methods.simulation import Simulation
-from steadyload.methods.simulation_parameters import BetweenSteps, Scope
+from steadyload.methods.simulation.criteria import Criterion, Examiner, Indices
+from steadyload.methods.simulation.loading import Loading
+from steadyload.methods.simulation.scene import CM
+from steadyload.methods.simulation.simulation import Simulation
+from steadyload.methods.simulation.simulation_parameters import BetweenSteps, Scope
 
 VERSION = 1
 """Of traces: raised when a layout has another one."""
@@ -70,7 +70,7 @@ class Trace:
         """The first step at which something moved too far; None for a stable layout.
 
         Args:
-            criterion: see :class:`steadyload.methods.criteria.Criterion`.
+            criterion: see :class:`steadyload.methods.simulation.criteria.Criterion`.
             eps_t: displacement that counts as unstable [cm], up to :data:`LIMIT_T`.
             eps_r: angle that counts as unstable [degrees], up to :data:`LIMIT_R`.
             samples: look at the first so many samples.
@@ -114,7 +114,7 @@ def trace_loading(
 
     Raises:
         ValueError: the method carries the state over.
-        RefusedError: see :class:`steadyload.methods.simulation.Loading`.
+        RefusedError: see :class:`steadyload.methods.simulation.simulation.Loading`.
     """
     parameters = method.parameters
     if parameters.between_steps is not BetweenSteps.RESEAT:

@@ -14,10 +14,10 @@ from steadyload.layouts.floor import INFINITE
 from steadyload.layouts.growing import GrowingLayout
 from steadyload.layouts.model import Arrangement, Layout
 from steadyload.methods.contract.method import STABLE, Finding, RefusedError, Stopwatch
-from steadyload.methods.criteria import Examiner, Indices
-from steadyload.methods.moving import MovingItems
-from steadyload.methods.placements import Placements
-from steadyload.methods.scene import (
+from steadyload.methods.simulation.criteria import Examiner, Indices
+from steadyload.methods.simulation.moving import MovingItems
+from steadyload.methods.simulation.placements import Placements
+from steadyload.methods.simulation.scene import (
     Across,
     Neighbourhood,
     boxes,
@@ -26,7 +26,7 @@ from steadyload.methods.scene import (
     planar_scene,
     surroundings,
 )
-from steadyload.methods.simulation_parameters import (
+from steadyload.methods.simulation.simulation_parameters import (
     BetweenSteps,
     Scope,
     SimulationParameters,

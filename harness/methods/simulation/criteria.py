@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from steadyload.engines.attitudes import rotate
 from steadyload.engines.world import Box, FloatArray, Poses
 from steadyload.methods.contract.method import Finding, Status
-from steadyload.methods.scene import CM
+from steadyload.methods.simulation.scene import CM
 
 Indices = NDArray[np.intp]
 """Which of a layout's items are meant."""

@@ -13,7 +13,7 @@ from steadyload.engines.quantities import quantity
 from steadyload.engines.registry import engine_options
 from steadyload.engines.world import SETTINGS, BroadPhase, WorldSettings
 from steadyload.layouts.question import Question
-from steadyload.methods.criteria import Criterion
+from steadyload.methods.simulation.criteria import Criterion
 
 STILL = 1e-2
 """Items slower than this are at rest at the end of a placement [m/s]; see :class:`Question`."""
@@ -50,8 +50,8 @@ class Scope(StrEnum):
     push of neighbours that move themselves while all stay within the thresholds: such a step may
     pass here and fail under ``all``, never the other way round. ``moving``: what is out of balance,
     with contact patches drawn in by a ``balance_margin``, and what stands on it; the rest is frozen
-    until it is pushed, see :class:`steadyload.methods.moving.MovingItems`. All but ``all`` need
-    ``between_steps=reseat``.
+    until it is pushed, see :class:`steadyload.methods.simulation.moving.MovingItems`. All but
+    ``all`` need ``between_steps=reseat``.
     """
 
     ALL = "all"

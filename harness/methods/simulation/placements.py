@@ -11,10 +11,14 @@ from steadyload.engines.registry import open_world
 from steadyload.engines.world import Box, FixedStepWorld, FloatArray, Poses, WorldSettings
 from steadyload.layouts.question import Question
 from steadyload.methods.contract.method import Effort, Finding, Phase, Status, Stopwatch
-from steadyload.methods.criteria import Examiner, Indices
-from steadyload.methods.scene import Neighbourhood
-from steadyload.methods.scene import fixed as as_fixed
-from steadyload.methods.simulation_parameters import STILL, BetweenSteps, SimulationParameters
+from steadyload.methods.simulation.criteria import Examiner, Indices
+from steadyload.methods.simulation.scene import Neighbourhood
+from steadyload.methods.simulation.scene import fixed as as_fixed
+from steadyload.methods.simulation.simulation_parameters import (
+    STILL,
+    BetweenSteps,
+    SimulationParameters,
+)
 
 REST = 1
 """Of what is at rest at the end of a placement: raised when something else is."""

@@ -13,10 +13,10 @@ from steadyload.engines.world import Box, EngineError, FloatArray, Poses
 from steadyload.layouts.model import Layout
 from steadyload.layouts.question import Question
 from steadyload.methods.contract.method import Finding, Status, Stopwatch
-from steadyload.methods.criteria import Criterion, Examiner, Indices
-from steadyload.methods.loading import Loading
-from steadyload.methods.simulation import Simulation
-from steadyload.methods.simulation_parameters import OF_STANDS, BetweenSteps, Scope
+from steadyload.methods.simulation.criteria import Criterion, Examiner, Indices
+from steadyload.methods.simulation.loading import Loading
+from steadyload.methods.simulation.simulation import Simulation
+from steadyload.methods.simulation.simulation_parameters import OF_STANDS, BetweenSteps, Scope
 
 VERSION = 1
 """Of the answers: raised when they come out differently."""
@@ -86,7 +86,7 @@ class StepAnswers:
 
     Raises:
         ValueError: the method carries the state over, or has another criterion.
-        RefusedError: see :class:`steadyload.methods.loading.Loading`.
+        RefusedError: see :class:`steadyload.methods.simulation.loading.Loading`.
     """
 
     def __init__(self, layout: Layout, method: Simulation) -> None:

@@ -1,0 +1,1 @@
+"""Loading in a physics engine: scenes, steps, criteria of movement."""
