@@ -1,8 +1,8 @@
 """Vertical balance of a loading: the first step after which contacts cannot carry every item.
 
-The formula is that of :mod:`steadyload.methods.balance`, which tells why it is exact: the new
-weight is passed down one way, and only where that fails are forces solved for, of as few items as
-it takes: see :mod:`steadyload.kernels.local_balance`.
+The formula is that of :mod:`steadyload.methods.equilibrium.balance`, which tells why it is exact:
+the new weight is passed down one way, and only where that fails are forces solved for, of as few
+items as it takes: see :mod:`steadyload.kernels.local_balance`.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Motion of a group of items that lost its balance, over a given time: a model, no simulation.
 
-The model is that of :mod:`steadyload.methods.motion`, which tells what it assumes. Items that stay
-at rest are not solved for: see :mod:`steadyload.kernels.local_balance`.
+The model is that of :mod:`steadyload.methods.equilibrium.motion`, which tells what it assumes.
+Items that stay at rest are not solved for: see :mod:`steadyload.kernels.local_balance`.
 """
 
 from __future__ import annotations

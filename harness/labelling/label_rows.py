@@ -12,7 +12,7 @@ import pyarrow as pa
 from steadyload.layouts.benchmark.tables import CASES
 from steadyload.layouts.model import Layout
 from steadyload.methods.contract.method import Status
-from steadyload.methods.margins import margins
+from steadyload.methods.equilibrium.margins import margins
 from steadyload.methods.registry import make_method
 from steadyload.methods.simulation.criteria import Criterion
 from steadyload.methods.simulation.simulation import Simulation

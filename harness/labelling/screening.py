@@ -38,7 +38,7 @@ from steadyload.layouts.benchmark.tables import (
 )
 from steadyload.layouts.model import Layout
 from steadyload.methods.contract.method import Status
-from steadyload.methods.margins import margins
+from steadyload.methods.equilibrium.margins import margins
 from steadyload.methods.registry import make_method
 from steadyload.methods.simulation import step_answers
 from steadyload.methods.simulation.simulation import Simulation
@@ -58,7 +58,7 @@ NEAR = 0.5
 
 NARROW = 0.1
 """Where balance is lost or won by contact patches that are so much narrower or wider, the reference
-is asked [cm]; see :mod:`steadyload.methods.margins`."""
+is asked [cm]; see :mod:`steadyload.methods.equilibrium.margins`."""
 
 SAME = 0.05
 """Two movements of an item are the same when they differ by less, in units of a threshold."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from steadyload.layouts.model import Layout
 from steadyload.methods.contract.method import Trait, Verdict
-from steadyload.methods.margins import margins
+from steadyload.methods.equilibrium.margins import margins
 from steadyload.properties.property import MethodUnderTest
 
 CLEARANCE = 0.3

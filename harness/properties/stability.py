@@ -13,7 +13,7 @@ from steadyload.layouts.model import Layout
 from steadyload.methods.contract.declared import MovementLimits
 from steadyload.methods.contract.method import Trait
 from steadyload.methods.envelope import leaves
-from steadyload.methods.friction import Sides, unbalanced_item
+from steadyload.methods.equilibrium.friction import Sides, unbalanced_item
 from steadyload.methods.simulation.simulation import Simulation
 from steadyload.methods.simulation.simulation_parameters import BetweenSteps
 from steadyload.methods.simulation.trace import Trace, trace_loading

@@ -21,8 +21,8 @@ from scipy.sparse import csc_array, diags_array, hstack, vstack
 
 from steadyload.bearing.cones import is_solved, solve_cones
 from steadyload.layouts.model import Arrangement, FloatArray
-from steadyload.methods.friction import Sides
-from steadyload.methods.touching import Points, touching_points, wrenches
+from steadyload.methods.equilibrium.friction import Sides
+from steadyload.methods.equilibrium.touching import Points, touching_points, wrenches
 from steadyload.transport.errors import UnsolvedError
 
 _TURNS = 0.3

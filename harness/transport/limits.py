@@ -11,8 +11,8 @@ from steadyload.engines.world import EngineError
 from steadyload.escaping import shown
 from steadyload.layouts.model import Layout
 from steadyload.methods.contract.method import Method
-from steadyload.methods.equilibrium import Equilibrium
-from steadyload.methods.friction import Sides
+from steadyload.methods.equilibrium.equilibrium import Equilibrium
+from steadyload.methods.equilibrium.friction import Sides
 from steadyload.methods.registry import make_method
 from steadyload.methods.simulation.simulation import Simulation
 from steadyload.numbers import number_within

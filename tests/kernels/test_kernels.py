@@ -20,10 +20,10 @@ from steadyload.layouts.batch import LayoutBatch
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.contacts import FLOOR, find_contacts
 from steadyload.methods import make_method
-from steadyload.methods.balance import VerticalBalance
 from steadyload.methods.contract.method import Finding, NotBatchedError, Seconds
 from steadyload.methods.contract.spec import parse_spec
-from steadyload.methods.resolution import fastest
+from steadyload.methods.equilibrium.balance import VerticalBalance
+from steadyload.methods.equilibrium.resolution import fastest
 from steadyload.methods.rules.base_support import FullBaseSupport
 
 BATCHED = ("fbs", "pbs0.7", "sme", "equilibrium", "equilibrium:time=0.3")

@@ -9,7 +9,7 @@ from steadyload.kernels.constants import UNBALANCED
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.methods import make_method
-from steadyload.methods.balance import VerticalBalance
+from steadyload.methods.equilibrium.balance import VerticalBalance
 
 HOW = (0.5, 100.0 * GRAVITY, 0.3, 10.0, 10.0)
 """Friction, gravity [cm/s2], time [s] and thresholds of ``equilibrium:time=0.3``."""

@@ -10,7 +10,7 @@ from steadyload.layouts.deviations import deviated
 from steadyload.layouts.packing import random_layouts
 from steadyload.layouts.scenarios import Scenario, apply_scenario
 from steadyload.layouts.snapping import snap
-from steadyload.methods.margins import margins
+from steadyload.methods.equilibrium.margins import margins
 from steadyload.methods.registry import make_method
 from steadyload.methods.session import LoadingSession
 from steadyload.methods.uncertainty import parse_uncertainty

@@ -11,10 +11,10 @@ from steadyload.layouts.contacts import find_contacts
 from steadyload.layouts.packing import random_layouts
 from steadyload.layouts.scenarios import Scenario
 from steadyload.methods import make_method
-from steadyload.methods.balance import VerticalBalance
 from steadyload.methods.contract.spec import SpecError
 from steadyload.methods.contract.stopwatch import Stopwatch
-from steadyload.methods.margins import margins
+from steadyload.methods.equilibrium.balance import VerticalBalance
+from steadyload.methods.equilibrium.margins import margins
 from steadyload.methods.session import LoadingSession
 
 PALLET = Pallet(200.0, 200.0, 200.0)

@@ -17,12 +17,13 @@ from steadyload.kernels.growing import ARRAYS
 from steadyload.layouts import Item, Layout, LayoutError, Pallet
 from steadyload.layouts.contacts import find_supports
 from steadyload.layouts.packing import random_layouts
-from steadyload.methods import Status, equilibrium
+from steadyload.methods import Status
 from steadyload.methods.contract.method import STABLE, Finding, Method, Seconds, WholeLoader
 from steadyload.methods.contract.spec import MethodSpec
+from steadyload.methods.equilibrium import equilibrium
+from steadyload.methods.equilibrium.touching import touching_points
 from steadyload.methods.session import LoadingSession, SessionError
 from steadyload.methods.simulation.placements import Placements
-from steadyload.methods.touching import touching_points
 from steadyload.properties.strategies import layouts, packings
 
 FEW = settings(

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from steadyload.kernels.constants import TOLERANCE
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.methods import make_method
-from steadyload.methods.balance import VerticalBalance
+from steadyload.methods.equilibrium.balance import VerticalBalance
 from steadyload.methods.session import LoadingSession
 
 PALLET = Pallet(40.0, 4000.0, 60.0)

@@ -8,10 +8,11 @@ import pytest
 
 from steadyload import kernels, time_limit
 from steadyload.layouts import Item, Layout, Pallet
-from steadyload.methods import equilibrium, make_method
+from steadyload.methods import make_method
 from steadyload.methods.contract import stopwatch
 from steadyload.methods.contract.method import Status
 from steadyload.methods.contract.stopwatch import Stopwatch
+from steadyload.methods.equilibrium import equilibrium
 from steadyload.runs.pool import run_units
 from steadyload.time_limit import BACKSTOP, TimeoutExpiredError, seconds_of_process
 

@@ -18,7 +18,7 @@ from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.batch import LayoutBatch
 from steadyload.layouts.model import view_on
 from steadyload.learners.support import COLUMNS, support_table
-from steadyload.methods.rest_position import RestPositions
+from steadyload.methods.equilibrium.rest_position import RestPositions
 from steadyload.properties.transforms import mirrored, quarter_turned, translated
 
 RULES = ("fbs", "pbs0.7", "sme", "equilibrium")

@@ -1,4 +1,6 @@
-"""The authors' force-based rule; the exact solution is :mod:`steadyload.methods.equilibrium`."""
+"""The authors' force-based rule; the exact solution is
+:mod:`steadyload.methods.equilibrium.equilibrium`.
+"""
 
 from __future__ import annotations
 

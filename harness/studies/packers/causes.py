@@ -7,7 +7,7 @@ from enum import StrEnum
 from steadyload.layouts.contacts import find_supports
 from steadyload.layouts.footing import gaps, largest
 from steadyload.layouts.model import Layout
-from steadyload.methods.balance import VerticalBalance, solve
+from steadyload.methods.equilibrium.balance import VerticalBalance, solve
 
 
 class Cause(StrEnum):

@@ -1,7 +1,8 @@
 """Margins of balance of a layout, step by step, and the item that would lose its balance first.
 
-The yes or no of :mod:`steadyload.methods.equilibrium` (vertical forces) says nothing of how close
-it was. Real cargo is not where the plan says by millimetres: a margin below that is a warning.
+The yes or no of :mod:`steadyload.methods.equilibrium.equilibrium` (vertical forces) says nothing of
+how close it was. Real cargo is not where the plan says by millimetres: a margin below that is a
+warning.
 """
 
 from __future__ import annotations
@@ -15,8 +16,8 @@ from scipy.optimize import linprog
 from steadyload.bearing.corners import corner_columns
 from steadyload.layouts.contacts import FLOOR, Patch, find_contacts
 from steadyload.layouts.model import FloatArray, Layout
-from steadyload.methods.balance import solve
-from steadyload.methods.resolution import fastest
+from steadyload.methods.equilibrium.balance import solve
+from steadyload.methods.equilibrium.resolution import fastest
 
 _HALVINGS = 24
 """Of the longest side, or more: a metre is told to a tenth of a micrometre."""

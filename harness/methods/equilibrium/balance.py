@@ -25,8 +25,8 @@ from steadyload.kernels.constants import EDGE as EDGE
 from steadyload.kernels.constants import RESIDUE
 from steadyload.layouts.contacts import FLOOR, Patch, Supports, find_supports
 from steadyload.layouts.model import Arrangement, FloatArray
-from steadyload.methods.least_squares import nonnegative_least_squares
-from steadyload.methods.resolution import fastest, is_balanced, unresolved
+from steadyload.methods.equilibrium.least_squares import nonnegative_least_squares
+from steadyload.methods.equilibrium.resolution import fastest, is_balanced, unresolved
 
 VERSION = 1
 """Of balance, friction and who touches: raised when they come to other verdicts."""

@@ -15,8 +15,6 @@ from steadyload.kernels.constants import BALANCED
 from steadyload.layouts.contacts import VERSION as CONTACTS
 from steadyload.layouts.contacts import find_supports
 from steadyload.layouts.model import Layout
-from steadyload.methods.balance import VERSION as BALANCE
-from steadyload.methods.balance import VerticalBalance, inset
 from steadyload.methods.contract.declared import MovementLimits
 from steadyload.methods.contract.method import (
     STABLE,
@@ -28,8 +26,10 @@ from steadyload.methods.contract.method import (
     Trait,
 )
 from steadyload.methods.contract.warming import judge_one_item
-from steadyload.methods.rest_position import VERSION as REST
-from steadyload.methods.rest_position import RestPositions
+from steadyload.methods.equilibrium.balance import VERSION as BALANCE
+from steadyload.methods.equilibrium.balance import VerticalBalance, inset
+from steadyload.methods.equilibrium.rest_position import VERSION as REST
+from steadyload.methods.equilibrium.rest_position import RestPositions
 from steadyload.methods.simulation.criteria import Movement
 
 AT_REST = Movement(-1, 0.0, 0.0, 0.0)
@@ -53,10 +53,10 @@ class Settling(Method):
 
     Where contact forces balance every item, with contact patches drawn in by a margin, nothing
     moves. Where they do not, boxes sink and tilt to the position of least potential energy
-    (:mod:`steadyload.methods.rest_position`); the step fails if a left-bottom-back corner comes
-    further than ``eps_t`` along an axis, or a box tilts by more than ``eps_r``. Real pallets have
-    gaps of some millimetres everywhere: nearly all of their boxes settle, and few balance as
-    planned.
+    (:mod:`steadyload.methods.equilibrium.rest_position`); the step fails if a left-bottom-back
+    corner comes further than ``eps_t`` along an axis, or a box tilts by more than ``eps_r``. Real
+    pallets have gaps of some millimetres everywhere: nearly all of their boxes settle, and few
+    balance as planned.
 
     It answers whether a load stands in the end. Boxes do not slide, lean on each other sideways, or
     overshoot. A time limit is looked at between steps.

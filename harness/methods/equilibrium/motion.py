@@ -26,8 +26,8 @@ from steadyload.engines.world import GRAVITY
 from steadyload.kernels import group_forces
 from steadyload.kernels.constants import AT_REST, EVENTS, FAR, RESIDUE, SAMPLES, TOUCH
 from steadyload.layouts.model import FloatArray
-from steadyload.methods.least_squares import nonnegative_least_squares
-from steadyload.methods.touching import FIRM, Indices, Points, directions, wrenches
+from steadyload.methods.equilibrium.least_squares import nonnegative_least_squares
+from steadyload.methods.equilibrium.touching import FIRM, Indices, Points, directions, wrenches
 
 VERSION = 2
 """Of how far items get: raised when it comes to other verdicts."""

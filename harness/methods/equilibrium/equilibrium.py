@@ -21,8 +21,6 @@ from steadyload.layouts.contacts import VERSION as CONTACTS
 from steadyload.layouts.contacts import find_supports
 from steadyload.layouts.growing import GrowingLayout
 from steadyload.layouts.model import TOLERANCE, Arrangement, FloatArray, Layout
-from steadyload.methods.balance import VERSION as BALANCE
-from steadyload.methods.balance import VerticalBalance, inset
 from steadyload.methods.contract.declared import MovementLimits
 from steadyload.methods.contract.method import (
     STABLE,
@@ -36,13 +34,15 @@ from steadyload.methods.contract.method import (
     Trait,
 )
 from steadyload.methods.contract.warming import judge_one_item
-from steadyload.methods.friction import Sides, unbalanced_item
-from steadyload.methods.motion import VERSION as MOTION
-from steadyload.methods.motion import Bodies, displacements_after
-from steadyload.methods.resolution import fastest, unresolved
+from steadyload.methods.equilibrium.balance import VERSION as BALANCE
+from steadyload.methods.equilibrium.balance import VerticalBalance, inset
+from steadyload.methods.equilibrium.friction import Sides, unbalanced_item
+from steadyload.methods.equilibrium.motion import VERSION as MOTION
+from steadyload.methods.equilibrium.motion import Bodies, displacements_after
+from steadyload.methods.equilibrium.resolution import fastest, unresolved
+from steadyload.methods.equilibrium.touching import touching_points
 from steadyload.methods.rules.rule_loading import BalancedLoader
 from steadyload.methods.simulation.criteria import Movement
-from steadyload.methods.touching import touching_points
 
 
 class Cones(StrEnum):
@@ -116,7 +116,7 @@ class Equilibrium(Method):
 
     With ``time``, a step fails only if the items that lost their balance get far enough within it:
     further than ``eps_t`` (the left-bottom-back corner, along one axis) or ``eps_r``, at its end. A
-    model of the first moments (:mod:`steadyload.methods.motion`) says how far that is: pendulums
+    model of the first moments (:mod:`.equilibrium.motion`) says how far that is: pendulums
     between events, stopped by what is in the way. Every step is judged from the planned positions.
     The displacement and the angle in the verdict are that model's, good up to some 20 degrees.
     """

@@ -1,0 +1,1 @@
+"""Balance of forces, friction and first motion of what is loaded."""
