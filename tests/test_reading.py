@@ -19,7 +19,7 @@ from steadyload.layouts.formats import read_layouts, read_written
 from steadyload.learners import LearnerError
 from steadyload.learners.plans.plan_file import load_plan
 from steadyload.learners.weights import SHIPPED, load_weights, parse_arrays
-from steadyload.methods.thresholds import load_thresholds
+from steadyload.methods.cascade.thresholds import load_thresholds
 from steadyload.reading import (
     MAX_KEY_PARTS,
     TooLargeError,

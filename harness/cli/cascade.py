@@ -50,7 +50,7 @@ class Fit:
     def run(self) -> None:
         """Fit, write the thresholds, and print them."""
         from steadyload.layouts.question import Question
-        from steadyload.methods.thresholds import FILE, write_thresholds
+        from steadyload.methods.cascade.thresholds import FILE, write_thresholds
         from steadyload.runs.provenance import provenance
         from steadyload.tuning.cascade.fitted import (
             BUDGETS,

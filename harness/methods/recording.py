@@ -16,7 +16,7 @@ from steadyload.engines.world import EngineError, FixedStepWorld, FloatArray, Po
 from steadyload.errors import UserError
 from steadyload.layouts.model import Layout
 from steadyload.layouts.naming import with_ids
-from steadyload.methods.cascade import Cascade
+from steadyload.methods.cascade.cascade import Cascade
 from steadyload.methods.contract.method import Finding, Method, Status, Stopwatch, Verdict
 from steadyload.methods.simulation.criteria import Indices, Movement
 from steadyload.methods.simulation.loading import Loading

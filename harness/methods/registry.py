@@ -47,7 +47,7 @@ METHODS: dict[str, str] = {
     "simulation": "steadyload.methods.simulation.simulation:Simulation",
     "lstm_1": "steadyload.learners.methods:LearnedMethod",
     "lstm_e": "steadyload.learners.methods:LearnedEnsemble",
-    "cascade": "steadyload.methods.cascade:Cascade",
+    "cascade": "steadyload.methods.cascade.cascade:Cascade",
 }
 
 

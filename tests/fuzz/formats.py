@@ -37,10 +37,10 @@ from steadyload.learners.plans.plan_file import load_plan
 from steadyload.learners.ranges import QUANTITIES
 from steadyload.learners.tensors import tensor_shapes
 from steadyload.learners.weights import load_weights
+from steadyload.methods.cascade.thresholds import FILE as THRESHOLDS
+from steadyload.methods.cascade.thresholds import load_thresholds
 from steadyload.methods.contract.method import judge
 from steadyload.methods.registry import make_method
-from steadyload.methods.thresholds import FILE as THRESHOLDS
-from steadyload.methods.thresholds import load_thresholds
 from steadyload.runs.definition import load_study
 from steadyload.runs.results import ROWS, load_results, result_row
 from steadyload.runs.store import checksum

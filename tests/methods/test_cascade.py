@@ -14,7 +14,16 @@ from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.packing import random_layouts
 from steadyload.layouts.question import Question
 from steadyload.methods import registry
-from steadyload.methods.cascade import Cascade
+from steadyload.methods.cascade.cascade import Cascade
+from steadyload.methods.cascade.thresholds import (
+    Ladder,
+    Stage,
+    Thresholds,
+    ThresholdsError,
+    fingerprint,
+    load_thresholds,
+    write_thresholds,
+)
 from steadyload.methods.contract.method import (
     Finding,
     RefusedError,
@@ -25,15 +34,6 @@ from steadyload.methods.contract.method import (
 from steadyload.methods.contract.spec import SpecError
 from steadyload.methods.registry import make_method
 from steadyload.methods.rules.base_support import FullBaseSupport
-from steadyload.methods.thresholds import (
-    Ladder,
-    Stage,
-    Thresholds,
-    ThresholdsError,
-    fingerprint,
-    load_thresholds,
-    write_thresholds,
-)
 from steadyload.properties.property import MethodUnderTest
 from steadyload.properties.registry import PROPERTIES
 from steadyload.properties.search import search

@@ -7,11 +7,11 @@ import pytest
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.methods import Status, make_method
+from steadyload.methods.cascade.thresholds import fingerprint
 from steadyload.methods.contract.spec import SpecError, stored_values
 from steadyload.methods.contract.stopwatch import Stopwatch
 from steadyload.methods.simulation import placements
 from steadyload.methods.simulation.simulation_parameters import STILL
-from steadyload.methods.thresholds import fingerprint
 
 GRAVITY = 9.8
 PALLET = Pallet(100.0, 100.0, 100.0)

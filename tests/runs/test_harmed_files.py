@@ -15,7 +15,7 @@ from steadyload.learners.generation import GenerationOptions
 from steadyload.learners.generation import _claim as claim_set
 from steadyload.learners.search import _claim as claim_search
 from steadyload.learners.weights import load_arrays, load_weights, save_weights
-from steadyload.methods.thresholds import (
+from steadyload.methods.cascade.thresholds import (
     Ladder,
     Stage,
     Thresholds,

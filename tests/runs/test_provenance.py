@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from steadyload.methods import cascade
+from steadyload.methods.cascade import cascade
 from steadyload.methods.contract import method
 from steadyload.methods.registry import METHODS, make_method, method_class
 from steadyload.methods.simulation.simulation import Simulation

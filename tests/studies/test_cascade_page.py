@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from steadyload.layouts.benchmark import load_benchmark
-from steadyload.methods.registry import make_method
-from steadyload.methods.thresholds import (
+from steadyload.methods.cascade.thresholds import (
     Ladder,
     Stage,
     Thresholds,
@@ -17,6 +16,7 @@ from steadyload.methods.thresholds import (
     fingerprint,
     write_thresholds,
 )
+from steadyload.methods.registry import make_method
 from steadyload.reports.columns import table
 from steadyload.reports.writing import write_page
 from steadyload.runs.results import load_results

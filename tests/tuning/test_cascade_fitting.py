@@ -10,10 +10,10 @@ from scipy.stats import binom
 
 from steadyload.cli import main
 from steadyload.layouts.benchmark import CHOOSING, Part
+from steadyload.methods.cascade.thresholds import Stage, write_thresholds
 from steadyload.methods.contract.method import Stopwatch
 from steadyload.methods.contract.spec import SpecError
 from steadyload.methods.registry import make_method
-from steadyload.methods.thresholds import Stage, write_thresholds
 from steadyload.statistics.metrics import effective_size
 from steadyload.tuning import TuningError
 from steadyload.tuning.cascade import fitted as fitted_module

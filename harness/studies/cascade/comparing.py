@@ -18,10 +18,10 @@ from steadyload.errors import nearest
 from steadyload.layouts.benchmark import UNLEARNT, Part
 from steadyload.layouts.benchmark.dataset import set_named
 from steadyload.layouts.model import Layout
-from steadyload.methods.cascade import Cascade, Decision
+from steadyload.methods.cascade.cascade import Cascade, Decision
+from steadyload.methods.cascade.thresholds import Ladder
 from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.registry import make_method
-from steadyload.methods.thresholds import Ladder
 from steadyload.reports.columns import (
     column,
     compact,

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from steadyload.methods.thresholds import Stage
+from steadyload.methods.cascade.thresholds import Stage
 from steadyload.tuning.cascade.step_scores import BoolArray, FloatArray, Indices, Table
 
 

@@ -18,7 +18,7 @@ from functools import cache
 import numpy as np
 from scipy.stats import beta
 
-from steadyload.methods.thresholds import Stage
+from steadyload.methods.cascade.thresholds import Stage
 from steadyload.statistics.metrics import effective_size
 from steadyload.tuning import TuningError
 from steadyload.tuning.cascade.evaluation import CascadeEvaluation, evaluate

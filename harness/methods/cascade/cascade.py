@@ -4,7 +4,7 @@ Every step of a loading that starts from planned positions can be judged by itse
 cascaded over steps, not over layouts: in the order of loading, a step is scored by one stage after
 the other until one accepts or rejects it, and the first unstable step ends the loading. Stages give
 step scores by :meth:`Method.steps`; their accept and reject thresholds were fitted
-(:mod:`steadyload.methods.thresholds`).
+(:mod:`steadyload.methods.cascade.thresholds`).
 """
 
 from __future__ import annotations
@@ -22,6 +22,16 @@ from pathlib import Path
 from steadyload.engines.quantities import quantity
 from steadyload.layouts.model import Layout
 from steadyload.layouts.question import Question
+from steadyload.methods.cascade.thresholds import (
+    FILE,
+    Ladder,
+    Stage,
+    Thresholds,
+    ThresholdsError,
+    fingerprint,
+    fit_command,
+    load_thresholds,
+)
 from steadyload.methods.contract.declared import LABEL_LIMITS, LayoutRange, MovementLimits
 from steadyload.methods.contract.method import (
     STABLE,
@@ -35,16 +45,6 @@ from steadyload.methods.contract.method import (
     Trait,
 )
 from steadyload.methods.registry import make_method
-from steadyload.methods.thresholds import (
-    FILE,
-    Ladder,
-    Stage,
-    Thresholds,
-    ThresholdsError,
-    fingerprint,
-    fit_command,
-    load_thresholds,
-)
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,1 @@
+"""Methods in turn, the cheapest first, and the thresholds between them."""
