@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from steadyload.layouts.packers.with_py3dbp import from_py3dbp as from_py3dbp
     from steadyload.methods.contract.method import Verdict as Verdict
     from steadyload.methods.registry import make_method as make_method
-    from steadyload.methods.session import LoadingSession as LoadingSession
+    from steadyload.methods.session.session import LoadingSession as LoadingSession
     from steadyload.runs.results import load_results as load_results
     from steadyload.runs.scoring import score_layouts as score
 
@@ -48,7 +48,7 @@ _PUBLIC = {
     "Item": "steadyload.layouts.model:Item",
     "Layout": "steadyload.layouts.model:Layout",
     "LayoutBatch": "steadyload.layouts.batch:LayoutBatch",
-    "LoadingSession": "steadyload.methods.session:LoadingSession",
+    "LoadingSession": "steadyload.methods.session.session:LoadingSession",
     "Pallet": "steadyload.layouts.model:Pallet",
     "Verdict": "steadyload.methods.contract.method:Verdict",
     "check": "steadyload.app.checking:check",

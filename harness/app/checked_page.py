@@ -20,13 +20,13 @@ from steadyload.layouts.naming import box_label
 from steadyload.layouts.record import Refused
 from steadyload.layouts.sources import distinct_names
 from steadyload.methods.contract.verdict import Status, Verdict
-from steadyload.methods.recording import (
+from steadyload.methods.registry import make_method
+from steadyload.methods.session.recording import (
     Recording,
     record_failure,
     record_plan,
     simulation_of,
 )
-from steadyload.methods.registry import make_method
 from steadyload.reports.viewer.gallery import gallery_html
 from steadyload.reports.viewer.page import MARKS, player_html
 from steadyload.reports.viewer.records import Card, Gallery

@@ -22,8 +22,8 @@ from steadyload.layouts.naming import box_label, with_ids
 from steadyload.layouts.record import Refused
 from steadyload.layouts.sources import source_name
 from steadyload.methods.contract.method import Method
-from steadyload.methods.recording import RecordedStep, Recording, record_loading
 from steadyload.methods.registry import make_method
+from steadyload.methods.session.recording import RecordedStep, Recording, record_loading
 from steadyload.reports.viewer.records import (
     Card,
     Gallery,

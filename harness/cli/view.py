@@ -58,7 +58,7 @@ class View(ReadingFlags):
         from steadyload.layouts.model import Layout
         from steadyload.layouts.record import Refused
         from steadyload.layouts.refusals import Refusals
-        from steadyload.methods.recording import record_loading
+        from steadyload.methods.session.recording import record_loading
 
         check_output(self.output, [self.file])
         record: Recorder = record_loading

@@ -16,7 +16,7 @@ from steadyload.layouts.checks import is_number
 from steadyload.layouts.model import SIDES, WEIGHTS, FloatArray, Item, Layout, Pallet, Vector
 from steadyload.layouts.packing import ITEM_CLASSES, WeightRule, make_instance, weigh
 from steadyload.methods.contract.method import Method
-from steadyload.methods.session import LoadingSession
+from steadyload.methods.session.session import LoadingSession
 
 Observation = dict[str, Any]
 """Arrays of 32-bit floats by name."""

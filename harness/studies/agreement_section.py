@@ -9,7 +9,7 @@ import pandas as pd
 from steadyload.app.viewing import view_of
 from steadyload.layouts.model import Layout
 from steadyload.methods.contract.verdict import Verdict
-from steadyload.methods.recording import record_plan
+from steadyload.methods.session.recording import record_plan
 from steadyload.reports.charts.heat import heat
 from steadyload.reports.interactive import STABLE, AnswerChart, AnsweredCase
 from steadyload.reports.page import Picture

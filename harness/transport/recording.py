@@ -10,7 +10,7 @@ from steadyload.engines.world import EngineError, Poses
 from steadyload.layouts.model import FloatArray, Layout
 from steadyload.layouts.naming import box_label
 from steadyload.methods.contract.method import Method, Status, Verdict
-from steadyload.methods.recording import RecordedStep, Recording
+from steadyload.methods.session.recording import RecordedStep, Recording
 from steadyload.methods.simulation.criteria import Movement
 from steadyload.methods.simulation.scene import in_layout
 from steadyload.methods.simulation.simulation import Simulation

@@ -17,8 +17,8 @@ from steadyload.layouts.dialect import Dialect
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.frame import Frame
 from steadyload.methods.contract.method import Status
-from steadyload.methods.recording import record_loading
 from steadyload.methods.registry import make_method
+from steadyload.methods.session.recording import record_loading
 from steadyload.reports.viewer.three_js import ThreeJsError, three_js
 
 

@@ -13,7 +13,7 @@ from steadyload.bearing.forces import Statics
 from steadyload.layouts.model import Item, Layout, Pallet
 from steadyload.methods.contract import stopwatch
 from steadyload.methods.contract.method import Status
-from steadyload.methods.session import LoadingSession
+from steadyload.methods.session.session import LoadingSession
 
 
 def columns(count, *, limited, most):

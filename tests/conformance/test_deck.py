@@ -9,9 +9,9 @@ import pytest
 from steadyload.engines.registry import world_class
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.packing import random_layouts
-from steadyload.methods.recording import record_loading
 from steadyload.methods.registry import make_method
-from steadyload.methods.session import LoadingSession
+from steadyload.methods.session.recording import record_loading
+from steadyload.methods.session.session import LoadingSession
 from steadyload.methods.simulation.placements import Placements
 
 PALLET = Pallet(100.0, 200.0, 100.0, overhang=30.0)

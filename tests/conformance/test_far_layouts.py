@@ -5,8 +5,8 @@ import pytest
 from steadyload.engines.registry import world_class
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.methods import make_method
-from steadyload.methods.recording import record_loading
-from steadyload.methods.session import LoadingSession
+from steadyload.methods.session.recording import record_loading
+from steadyload.methods.session.session import LoadingSession
 
 PALLET = Pallet(100_000.0, 200.0, 100_000.0)
 """A kilometre: no pallet may be larger."""

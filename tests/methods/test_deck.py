@@ -12,7 +12,7 @@ from steadyload.layouts.scenarios import Scenario, apply_scenario
 from steadyload.layouts.snapping import snap
 from steadyload.methods.equilibrium.margins import margins
 from steadyload.methods.registry import make_method
-from steadyload.methods.session import LoadingSession
+from steadyload.methods.session.session import LoadingSession
 from steadyload.methods.uncertainty import parse_uncertainty
 from steadyload.runs.verdict_reliability import Sampling, verdict_reliability
 

@@ -15,7 +15,7 @@ from steadyload.methods.contract.spec import SpecError
 from steadyload.methods.contract.stopwatch import Stopwatch
 from steadyload.methods.equilibrium.balance import VerticalBalance
 from steadyload.methods.equilibrium.margins import margins
-from steadyload.methods.session import LoadingSession
+from steadyload.methods.session.session import LoadingSession
 
 PALLET = Pallet(200.0, 200.0, 200.0)
 SIDES = ("none", "frictionless", "friction")

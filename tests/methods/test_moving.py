@@ -7,7 +7,7 @@ from steadyload.layouts.benchmark import load_benchmark
 from steadyload.methods import make_method
 from steadyload.methods.contract.spec import SpecError
 from steadyload.methods.contract.stopwatch import Stopwatch
-from steadyload.methods.recording import record_loading
+from steadyload.methods.session.recording import record_loading
 
 PALLET = Pallet(100.0, 100.0, 100.0)
 MOVING = "label@mujoco:frequency=240,scope=moving"

@@ -6,13 +6,13 @@ import pytest
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.packing import random_layouts
 from steadyload.methods.contract.method import Status, Verdict
-from steadyload.methods.recording import (
+from steadyload.methods.registry import make_method
+from steadyload.methods.session.recording import (
     RecordingError,
     record_failure,
     record_loading,
     simulation_of,
 )
-from steadyload.methods.registry import make_method
 from steadyload.methods.simulation.criteria import Criterion
 
 SPECS = [

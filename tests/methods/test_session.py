@@ -22,7 +22,7 @@ from steadyload.methods.contract.method import STABLE, Finding, Method, Seconds,
 from steadyload.methods.contract.spec import MethodSpec
 from steadyload.methods.equilibrium import equilibrium
 from steadyload.methods.equilibrium.touching import touching_points
-from steadyload.methods.session import LoadingSession, SessionError
+from steadyload.methods.session.session import LoadingSession, SessionError
 from steadyload.methods.simulation.placements import Placements
 from steadyload.properties.strategies import layouts, packings
 

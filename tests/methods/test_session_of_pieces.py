@@ -10,7 +10,7 @@ from steadyload.kernels.constants import TOLERANCE
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.methods import make_method
 from steadyload.methods.equilibrium.balance import VerticalBalance
-from steadyload.methods.session import LoadingSession
+from steadyload.methods.session.session import LoadingSession
 
 PALLET = Pallet(40.0, 4000.0, 60.0)
 

@@ -11,7 +11,7 @@ from steadyload.layouts.question import Question
 from steadyload.methods import make_method
 from steadyload.methods.contract.spec import SpecError
 from steadyload.methods.contract.stopwatch import Stopwatch
-from steadyload.methods.session import LoadingSession
+from steadyload.methods.session.session import LoadingSession
 
 PALLET = Pallet(200.0, 200.0, 200.0)
 

@@ -12,7 +12,7 @@ from steadyload.layouts.model import Layout, LayoutError
 from steadyload.layouts.packing import random_layouts
 from steadyload.methods.contract.method import Status, Trait, Verdict
 from steadyload.methods.registry import make_method
-from steadyload.methods.session import LoadingSession
+from steadyload.methods.session.session import LoadingSession
 from steadyload.statistics.estimate import Estimate
 from steadyload.stored import StoredFileError, store_list
 from steadyload.studies.speed import config, growth, measuring, study

@@ -12,7 +12,7 @@ from steadyload.layouts.packing import Instance, WeightRule, packed_item, source
 from steadyload.layouts.spaces import Space
 from steadyload.methods.contract.method import Method
 from steadyload.methods.registry import make_method
-from steadyload.methods.session import LoadingSession
+from steadyload.methods.session.session import LoadingSession
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,7 +17,7 @@ from steadyload.layouts.packing import random_boxes
 from steadyload.methods.contract.method import Method
 from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.registry import make_method
-from steadyload.methods.session import LoadingSession
+from steadyload.methods.session.session import LoadingSession
 from steadyload.runs.pool import SinglePart
 from steadyload.runs.provenance import key_of, made_by, provenance_lines
 from steadyload.runs.store import kept_records

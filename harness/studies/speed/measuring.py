@@ -13,7 +13,7 @@ from steadyload.layouts.batch import LayoutBatch
 from steadyload.layouts.model import Item, Layout
 from steadyload.methods.contract.method import Method, NotBatchedError, verdict_by
 from steadyload.methods.contract.verdict import STABLE
-from steadyload.methods.session import LoadingSession
+from steadyload.methods.session.session import LoadingSession
 
 _LEAST = 2e-3
 """CPU time of a repeat at least [s]; shorter work is done several times."""
