@@ -21,15 +21,15 @@ TYPE_CHECKING = False  # that of typing: nothing is imported, see steadyload.cli
 if TYPE_CHECKING:
     from steadyload.app.checking import check as check
     from steadyload.app.viewing import write_view as view
-    from steadyload.layouts.batch import LayoutBatch as LayoutBatch
     from steadyload.layouts.batch_files import read_batch as read_batch
     from steadyload.layouts.benchmark import load_benchmark as load_benchmark
     from steadyload.layouts.dialect import Dialect as Dialect
     from steadyload.layouts.dialect import load_profile as load_profile
     from steadyload.layouts.formats import read_layouts as read
-    from steadyload.layouts.model import Item as Item
-    from steadyload.layouts.model import Layout as Layout
-    from steadyload.layouts.model import Pallet as Pallet
+    from steadyload.layouts.model.batch import LayoutBatch as LayoutBatch
+    from steadyload.layouts.model.layout import Item as Item
+    from steadyload.layouts.model.layout import Layout as Layout
+    from steadyload.layouts.model.layout import Pallet as Pallet
     from steadyload.layouts.packers.with_packingsolver import (
         from_packingsolver as from_packingsolver,
     )
@@ -45,11 +45,11 @@ if TYPE_CHECKING:
 
 _PUBLIC = {
     "Dialect": "steadyload.layouts.dialect:Dialect",
-    "Item": "steadyload.layouts.model:Item",
-    "Layout": "steadyload.layouts.model:Layout",
-    "LayoutBatch": "steadyload.layouts.batch:LayoutBatch",
+    "Item": "steadyload.layouts.model.layout:Item",
+    "Layout": "steadyload.layouts.model.layout:Layout",
+    "LayoutBatch": "steadyload.layouts.model.batch:LayoutBatch",
     "LoadingSession": "steadyload.methods.session.session:LoadingSession",
-    "Pallet": "steadyload.layouts.model:Pallet",
+    "Pallet": "steadyload.layouts.model.layout:Pallet",
     "Verdict": "steadyload.methods.contract.method:Verdict",
     "check": "steadyload.app.checking:check",
     "from_packingsolver": "steadyload.layouts.packers.with_packingsolver:from_packingsolver",

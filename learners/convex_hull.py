@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from steadyload.layouts.model import FloatArray
+from steadyload.layouts.model.layout import FloatArray
 from steadyload.learners.compiled import compiled
 
 _ROUNDS = 6

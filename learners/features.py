@@ -9,7 +9,7 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from steadyload.layouts.model import (
+from steadyload.layouts.model.layout import (
     Arrangement,
     FloatArray,
     Item,

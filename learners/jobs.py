@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import torch
 
-from steadyload.layouts.question import Question
+from steadyload.layouts.model.question import Question
 from steadyload.learners import LearnerError
 from steadyload.learners.features import names
 from steadyload.learners.inference import Network

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from steadyload.layouts.benchmark import Part, load_benchmark
-from steadyload.layouts.question import Question
+from steadyload.layouts.model.question import Question
 from steadyload.learners import LearnerError
 from steadyload.learners.features import FeatureKind
 from steadyload.learners.sequences import (

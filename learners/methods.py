@@ -12,9 +12,9 @@ from typing import Any, ClassVar
 import numpy as np
 
 from steadyload.engines.quantities import quantity
-from steadyload.layouts.growing import GrowingLayout
-from steadyload.layouts.model import Arrangement, Item, Layout, Pallet
-from steadyload.layouts.question import Question
+from steadyload.layouts.model.growing import GrowingLayout
+from steadyload.layouts.model.layout import Arrangement, Item, Layout, Pallet
+from steadyload.layouts.model.question import Question
 from steadyload.learners import LearnerError
 from steadyload.learners.features import VERSION as FEATURES
 from steadyload.learners.features import Array32, features

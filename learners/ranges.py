@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from steadyload.layouts.model import Arrangement, FloatArray
+from steadyload.layouts.model.layout import Arrangement, FloatArray
 from steadyload.learners.compiled import compiled
 from steadyload.learners.features import FeatureKind
 from steadyload.methods.contract.declared import LayoutRange

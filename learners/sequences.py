@@ -14,7 +14,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from steadyload.layouts.benchmark import Benchmark, Part, load_benchmark
-from steadyload.layouts.question import Question
+from steadyload.layouts.model.question import Question
 from steadyload.learners import LeakError
 from steadyload.learners.features import Array32, FeatureKind, features_of
 from steadyload.learners.ranges import extent_of, trained_ranges, widest

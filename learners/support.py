@@ -14,7 +14,7 @@ import math
 
 import numpy as np
 
-from steadyload.layouts.model import TOLERANCE, FloatArray
+from steadyload.layouts.model.layout import TOLERANCE, FloatArray
 from steadyload.learners.compiled import compiled
 from steadyload.learners.convex_hull import hull_of, margin_in, pressures, sort_points
 

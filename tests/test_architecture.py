@@ -159,8 +159,8 @@ def test_imports_point_down_and_there_is_no_circle():
     [
         ("harness/runs/labels.py", "import steadyload.app.viewing",
          "runs.labels imports app.viewing"),
-        ("reports/table.py", "from steadyload.layouts.model import Layout",
-         "reports.table imports layouts.model"),
+        ("reports/table.py", "from steadyload.layouts.model.layout import Layout",
+         "reports.table imports layouts.model.layout"),
         ("harness/app/recommend/front.py", "from steadyload.reports.table import percent",
          "app.recommend.front computes, and imports reports.table"),
         ("engines/errors.py", "if TYPE_CHECKING:\n    from steadyload.engines.world import World",

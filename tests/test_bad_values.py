@@ -9,7 +9,7 @@ import steadyload as sl
 from steadyload.cli import main
 from steadyload.errors import UserError
 from steadyload.layouts.formats import Format, write_layouts
-from steadyload.layouts.snapping import snap
+from steadyload.layouts.model.snapping import snap
 from steadyload.transport.history import constant
 from steadyload.transport.limits import limits
 from steadyload.transport.trials import under_history

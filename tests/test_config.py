@@ -51,7 +51,7 @@ class Command:
     count: int = option(3, "how many", least=1, most=9)
     share: float | None = option(None, "of them", least=0.0)
     part: str = option("test", "of a set", choices=("test", "train"))
-    question: str = option("within", "asked", choices="steadyload.layouts.question:Question")
+    question: str = option("within", "asked", choices="steadyload.layouts.model.question:Question")
     seconds: float = option(1.0, "time", read=positive_number)
     methods: tuple[str, ...] = option((), "compared")
     fast: bool = option(False, "or slow")

@@ -8,8 +8,8 @@ from enum import StrEnum
 from typing import Any
 
 from steadyload.bearing import Crushed
-from steadyload.layouts.footing import Footing, Gap, Side
-from steadyload.layouts.frame import Frame
+from steadyload.layouts.model.footing import Footing, Gap, Side
+from steadyload.layouts.model.frame import Frame
 from steadyload.methods.contract.method import Verdict
 from steadyload.notebook import ShownInNotebook
 from steadyload.statistics.estimate import Estimate

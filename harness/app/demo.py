@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from steadyload.layouts.benchmark import REAL, Part, load_benchmark
-from steadyload.layouts.model import Layout
-from steadyload.layouts.question import Question
-from steadyload.layouts.scenarios import Scenario
+from steadyload.layouts.model.layout import Layout
+from steadyload.layouts.model.question import Question
+from steadyload.layouts.model.scenarios import Scenario
 
 
 def demo_pallets(count: int = 12) -> list[Layout]:

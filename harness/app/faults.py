@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from steadyload.layouts.footing import Footing, footing
-from steadyload.layouts.frame import Frame
-from steadyload.layouts.model import Layout
-from steadyload.layouts.naming import box_label
+from steadyload.layouts.model.footing import Footing, footing
+from steadyload.layouts.model.frame import Frame
+from steadyload.layouts.model.layout import Layout
+from steadyload.layouts.model.naming import box_label
 from steadyload.methods.contract.verdict import Status, Verdict
 from steadyload.methods.registry import make_method
 

@@ -7,8 +7,8 @@ from functools import singledispatch
 import numpy as np
 
 from steadyload.app.checking import Check
-from steadyload.layouts.model import Layout
-from steadyload.layouts.naming import box_label, with_ids
+from steadyload.layouts.model.layout import Layout
+from steadyload.layouts.model.naming import box_label, with_ids
 from steadyload.methods.contract.method import Status, Verdict
 from steadyload.reports.table import brief_time, significant
 from steadyload.reports.viewer.notebook import shown_html

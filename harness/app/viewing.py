@@ -14,11 +14,11 @@ from steadyload.app.faults import reason_of
 from steadyload.atomic import write_atomically
 from steadyload.bearing import ContactForces, contact_forces
 from steadyload.errors import UserError, nearest
-from steadyload.layouts.footing import gaps, largest
 from steadyload.layouts.formats import Reading, scan_layouts
-from steadyload.layouts.frame import Frame
-from steadyload.layouts.model import Layout, require_layout
-from steadyload.layouts.naming import box_label, with_ids
+from steadyload.layouts.model.footing import gaps, largest
+from steadyload.layouts.model.frame import Frame
+from steadyload.layouts.model.layout import Layout, require_layout
+from steadyload.layouts.model.naming import box_label, with_ids
 from steadyload.layouts.record import Refused
 from steadyload.layouts.sources import source_name
 from steadyload.methods.contract.method import Method

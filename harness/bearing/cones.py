@@ -8,7 +8,7 @@ from typing import Any
 import clarabel
 from scipy.sparse import csc_array
 
-from steadyload.layouts.model import FloatArray
+from steadyload.layouts.model.layout import FloatArray
 
 _SOLVED = frozenset({"Solved", "AlmostSolved"})
 

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from steadyload.layouts.contacts import Patch
-from steadyload.layouts.model import FloatArray
+from steadyload.layouts.model.contacts import Patch
+from steadyload.layouts.model.layout import FloatArray
 
 
 def corner_columns(

@@ -21,8 +21,8 @@ from steadyload.bearing.cones import is_solved, solve_cones
 from steadyload.bearing.corners import corner_entries
 from steadyload.bearing.pressing import Corners
 from steadyload.kernels.constants import EDGE
-from steadyload.layouts.contacts import FLOOR, Supports, find_supports
-from steadyload.layouts.model import Arrangement, FloatArray
+from steadyload.layouts.model.contacts import FLOOR, Supports, find_supports
+from steadyload.layouts.model.layout import Arrangement, FloatArray
 
 _BALANCED = 1e-7
 """What may be left of a box's weight, and of its moments, in balance; of what it carries."""

@@ -10,8 +10,8 @@ from scipy.sparse.linalg import splu
 from steadyload import kernels
 from steadyload.bearing.forces import Rectangles, Statics
 from steadyload.bearing.pressing import FIRM
-from steadyload.layouts.contacts import FLOOR
-from steadyload.layouts.model import Arrangement, FloatArray
+from steadyload.layouts.model.contacts import FLOOR
+from steadyload.layouts.model.layout import Arrangement, FloatArray
 
 
 class GrowingStatics:

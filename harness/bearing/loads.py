@@ -12,7 +12,7 @@ from scipy.sparse import csc_array, csr_array, diags_array, hstack
 
 from steadyload.bearing.forces import Statics
 from steadyload.errors import UnsolvedError
-from steadyload.layouts.model import FloatArray, Layout
+from steadyload.layouts.model.layout import FloatArray, Layout
 from steadyload.time_limit import TimeLimit
 
 _SHARE = 1e-3

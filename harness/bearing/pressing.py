@@ -19,7 +19,7 @@ from scipy.linalg import lu_factor, lu_solve
 from scipy.sparse import csc_array, diags_array
 from scipy.sparse.linalg import splu
 
-from steadyload.layouts.model import FloatArray
+from steadyload.layouts.model.layout import FloatArray
 
 _Solve = Callable[[FloatArray], FloatArray]
 

@@ -83,7 +83,7 @@ class Export(BenchmarkConfig):
     )
     scenarios: tuple[str, ...] = option(
         (), "only this; may be repeated", names=("--scenario",),
-        choices="steadyload.layouts.scenarios:Scenario",
+        choices="steadyload.layouts.model.scenarios:Scenario",
     )  # fmt: skip
     limit: int | None = option(None, "only the first N of every scenario", least=1)
     to: str | None = option(
@@ -276,7 +276,7 @@ class Label:
     )  # fmt: skip
     question: str = option(
         "within", "stands: whether a load stands once everything rests; of a set that has its "
-        "labels and splits (default: within)", choices="steadyload.layouts.question:Question",
+        "labels and splits (default: within)", choices="steadyload.layouts.model.question:Question",
     )  # fmt: skip
     train: int | None = option(
         None, "with --question stands: this many training cases, too (default: 5000)", least=0
@@ -292,7 +292,7 @@ class Label:
 
     def run(self) -> None:
         """Label the missing cases."""
-        from steadyload.layouts.question import Question
+        from steadyload.layouts.model.question import Question
 
         if self.question == Question.STANDS:
             self._stands()

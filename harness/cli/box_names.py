@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from steadyload.layouts.naming import box_label
+from steadyload.layouts.model.naming import box_label
 
 
 def named_reason(record: Mapping[str, Any]) -> str:

@@ -41,7 +41,7 @@ class Fit:
     limit: int | None = option(None, "only the first N cases a scenario", least=2)
     question: str = option(
         "within", "whose labels count (default: within)",
-        choices="steadyload.layouts.question:Question",
+        choices="steadyload.layouts.model.question:Question",
     )  # fmt: skip
     output: Path | None = option(
         None, "file of thresholds (default: the one of the package)", names=("--output", "-o")
@@ -49,7 +49,7 @@ class Fit:
 
     def run(self) -> None:
         """Fit, write the thresholds, and print them."""
-        from steadyload.layouts.question import Question
+        from steadyload.layouts.model.question import Question
         from steadyload.methods.cascade.thresholds import FILE, write_thresholds
         from steadyload.runs.provenance import provenance
         from steadyload.tuning.cascade.fitted import (

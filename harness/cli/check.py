@@ -78,8 +78,8 @@ class Check(ReadingFlags):
         """Judge all pallets and print a row each; the exit status tells the worst answer."""
         from steadyload.app.checking import Answer, check_all
         from steadyload.errors import FailedError
-        from steadyload.layouts.frame import Frame
-        from steadyload.layouts.question import Question
+        from steadyload.layouts.model.frame import Frame
+        from steadyload.layouts.model.question import Question
         from steadyload.runs.able import asked_question
         from steadyload.runs.envelope_use import score_warnings
         from steadyload.runs.pool import all_cores

@@ -62,7 +62,7 @@ class ReadingFlags:
     floor: str | None = option(
         None, "what boxes stand on: the deck, beyond whose edges nothing carries, an infinite "
         "plane, or the deck where a box overhangs it (default: as in the file, else auto)",
-        choices="steadyload.layouts.floor:FloorKind",
+        choices="steadyload.layouts.model.floor:FloorKind",
     )  # fmt: skip
 
     def reading(self, base: Dialect | None = None) -> dict[str, Any]:
@@ -75,8 +75,8 @@ class ReadingFlags:
             DialectError: the profile or a name of a column is not allowed.
             OSError: the profile cannot be read.
         """
-        from steadyload.layouts.floor import FloorKind
-        from steadyload.layouts.snapping import SNAP_GAP
+        from steadyload.layouts.model.floor import FloorKind
+        from steadyload.layouts.model.snapping import SNAP_GAP
 
         found: dict[str, Any] = {"dialect": self.dialect(base)}
         if self.snap or self.snap_gap is not None:

@@ -12,7 +12,7 @@ from steadyload.config import option
 
 if TYPE_CHECKING:
     from steadyload.app.recommend.front import Front, Measured
-    from steadyload.layouts.question import Question
+    from steadyload.layouts.model.question import Question
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Recommend:
     question: str | None = option(
         None, "stands: does anything move too far until all rests; within: has anything within "
         "0.3 s (default: stands, as of steadyload check, where it was measured)",
-        choices="steadyload.layouts.question:Question",
+        choices="steadyload.layouts.model.question:Question",
     )  # fmt: skip
     engine: str | None = option(None, "only methods on this engine, and those that need none")
     run_folder: Path | None = option(
@@ -81,7 +81,7 @@ class Recommend:
 
     def _question(self, fronts: tuple[Front, ...]) -> Question:
         """The question that is asked for, or else the default one, or the only one measured."""
-        from steadyload.layouts.question import Question
+        from steadyload.layouts.model.question import Question
 
         measured = {front.question for front in fronts}
         if self.question is None and len(measured) == 1:

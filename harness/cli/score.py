@@ -26,7 +26,7 @@ class Score(Strict, ReadingFlags):
     )
     scenario: str | None = option(
         None, "draw centres of mass (default: as in the file)",
-        choices="steadyload.layouts.scenarios:Scenario",
+        choices="steadyload.layouts.model.scenarios:Scenario",
     )  # fmt: skip
     seed: int = option(0, "of scenario and deviations (default: 0)", least=0)
     uncertain: str | None = option(
@@ -61,7 +61,7 @@ class Score(Strict, ReadingFlags):
     def run(self) -> int:
         """Judge, warn, print."""
         from steadyload.cli.uncertain import uncertain_table, without_effect
-        from steadyload.layouts.scenarios import Scenario
+        from steadyload.layouts.model.scenarios import Scenario
         from steadyload.methods.registry import make_method
         from steadyload.runs.entries import Entries, scan_entries
         from steadyload.runs.envelope_use import ScoreWarnings

@@ -47,7 +47,7 @@ class Train:
     start: str = option("", "train on from shipped weights, or a folder", metavar="WEIGHTS")
     question: str = option(
         "within", "whose labels are learnt (default: within)",
-        choices="steadyload.layouts.question:Question",
+        choices="steadyload.layouts.model.question:Question",
     )  # fmt: skip
     device: str = option("cpu", "cpu or cuda (default: cpu)")
     threads: int = option(os.cpu_count() or 1, "default: all cores", least=1)
@@ -74,7 +74,7 @@ class Train:
             return
         preset = training_preset(self.preset)
         require_training()
-        from steadyload.layouts.question import Question
+        from steadyload.layouts.model.question import Question
         from steadyload.learners.jobs import TrainingJob, search_options, train_weights
         from steadyload.learners.shipping import check_before, ship
         from steadyload.learners.weights import load_weights
@@ -156,7 +156,7 @@ class Generate:
 
     def run(self) -> None:
         """Pack the item lists, and label the layouts."""
-        from steadyload.layouts.scenarios import Scenario
+        from steadyload.layouts.model.scenarios import Scenario
         from steadyload.learners import LearnerError
         from steadyload.learners.generation import GenerationOptions, generate_labelled
 

@@ -15,7 +15,7 @@ from steadyload.config import REQUIRED, operand, option
 from steadyload.escaping import printable
 
 if TYPE_CHECKING:
-    from steadyload.layouts.frame import Frame
+    from steadyload.layouts.model.frame import Frame
 
 HELD, NOT_HELD, BAD_INPUT, NO_ANSWER = 0, 1, 2, 3
 """Exit statuses; of several the worse one: bad input, then a load that does not hold."""
@@ -54,7 +54,7 @@ class Transport(ReadingFlags):
 
     def run(self) -> int:
         """Judge all loads and print a row a direction; the exit status tells the worst answer."""
-        from steadyload.layouts.frame import Frame
+        from steadyload.layouts.model.frame import Frame
         from steadyload.layouts.record import Refused
         from steadyload.runs.scoring import read_entries
 
@@ -133,7 +133,7 @@ class Transport(ReadingFlags):
 
 def _record(file: str, layout: Any, found: dict[str, Any]) -> dict[str, Any]:
     """An answer with the names of its layout and file, and the id of the box that moves."""
-    from steadyload.layouts.naming import box_id
+    from steadyload.layouts.model.naming import box_id
 
     box = box_id(layout.items, found["moved_item"])
     return {"layout": layout.name, "file": file, **found, "moved_box": box}

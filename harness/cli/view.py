@@ -54,8 +54,8 @@ class View(ReadingFlags):
             write_view,
             write_views,
         )
-        from steadyload.layouts.frame import Frame
-        from steadyload.layouts.model import Layout
+        from steadyload.layouts.model.frame import Frame
+        from steadyload.layouts.model.layout import Layout
         from steadyload.layouts.record import Refused
         from steadyload.layouts.refusals import Refusals
         from steadyload.methods.session.recording import record_loading

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from steadyload.errors import UserError
 from steadyload.gym.library import gymnasium
 from steadyload.gym.places import grid_of, heights_over, turned
-from steadyload.layouts.checks import is_number
-from steadyload.layouts.model import SIDES, WEIGHTS, FloatArray, Item, Layout, Pallet, Vector
+from steadyload.layouts.model.checks import is_number
+from steadyload.layouts.model.layout import SIDES, WEIGHTS, FloatArray, Item, Layout, Pallet, Vector
 from steadyload.layouts.packing import ITEM_CLASSES, WeightRule, make_instance, weigh
 from steadyload.methods.contract.method import Method
 from steadyload.methods.session.session import LoadingSession

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from steadyload.kernels.constants import TOLERANCE
-from steadyload.layouts.model import FloatArray, Item, Pallet
+from steadyload.layouts.model.layout import FloatArray, Item, Pallet
 
 
 def grid_of(pallet: Pallet, cell: float) -> FloatArray:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import pandas as pd
 
 from steadyload.layouts.benchmark.dataset import KEYS, SPLITS, Benchmark
-from steadyload.layouts.scenarios import Scenario
+from steadyload.layouts.model.scenarios import Scenario
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import share
 

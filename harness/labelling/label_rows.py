@@ -10,7 +10,7 @@ import numpy as np
 import pyarrow as pa
 
 from steadyload.layouts.benchmark.tables import CASES
-from steadyload.layouts.model import Layout
+from steadyload.layouts.model.layout import Layout
 from steadyload.methods.contract.method import Status
 from steadyload.methods.equilibrium.margins import margins
 from steadyload.methods.registry import make_method

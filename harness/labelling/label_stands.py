@@ -11,8 +11,8 @@ from steadyload.labelling.label_rows import LABEL
 from steadyload.labelling.labelling import judged
 from steadyload.layouts.benchmark.dataset import HELD_OUT, Part, load_benchmark
 from steadyload.layouts.benchmark.tables import STANDS, BenchmarkError, write_further
-from steadyload.layouts.question import Question
-from steadyload.layouts.scenarios import Scenario
+from steadyload.layouts.model.question import Question
+from steadyload.layouts.model.scenarios import Scenario
 from steadyload.methods.registry import make_method
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.pool import IN_THIS_PROCESS

@@ -53,8 +53,8 @@ from steadyload.layouts.benchmark.tables import (
     refuse_foreign,
     write_tables,
 )
-from steadyload.layouts.model import Layout
-from steadyload.layouts.scenarios import Scenario
+from steadyload.layouts.model.layout import Layout
+from steadyload.layouts.model.scenarios import Scenario
 from steadyload.methods.contract.method import Status
 from steadyload.methods.registry import make_method
 from steadyload.methods.simulation import trace

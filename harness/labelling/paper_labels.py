@@ -19,7 +19,7 @@ from steadyload.atomic import write_atomically
 from steadyload.labelling.label_rows import CASE_SECONDS, LABEL
 from steadyload.layouts.benchmark.paper_files import Case, PaperFiles
 from steadyload.layouts.benchmark.tables import as_parquet, read_parquet
-from steadyload.layouts.model import Layout
+from steadyload.layouts.model.layout import Layout
 from steadyload.methods.contract.method import Status
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.pool import Executor, PartLimit

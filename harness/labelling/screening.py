@@ -36,7 +36,7 @@ from steadyload.layouts.benchmark.tables import (
     write_further,
     write_tables,
 )
-from steadyload.layouts.model import Layout
+from steadyload.layouts.model.layout import Layout
 from steadyload.methods.contract.method import Status
 from steadyload.methods.equilibrium.margins import margins
 from steadyload.methods.registry import make_method

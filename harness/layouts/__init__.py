@@ -1,5 +1,5 @@
 """Layouts of boxes on a pallet, in centimetres and kilograms, y up."""
 
-from steadyload.layouts.model import Item, Layout, LayoutError, Pallet
+from steadyload.layouts.model.layout import Item, Layout, LayoutError, Pallet
 
 __all__ = ["Item", "Layout", "LayoutError", "Pallet"]

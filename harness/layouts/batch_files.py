@@ -5,10 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Unpack
 
-from steadyload.layouts.batch import LayoutBatch
 from steadyload.layouts.csv_batch import batch_of_csv
 from steadyload.layouts.dialect import Dialect
-from steadyload.layouts.floor import FloorKind
 from steadyload.layouts.formats import (
     HEAD_BYTES,
     Format,
@@ -17,6 +15,8 @@ from steadyload.layouts.formats import (
     read_layouts,
 )
 from steadyload.layouts.limits import MAX_FILE_BYTES
+from steadyload.layouts.model.batch import LayoutBatch
+from steadyload.layouts.model.floor import FloorKind
 from steadyload.layouts.record import FormatError
 from steadyload.layouts.sources import STANDARD_INPUT, opened_source, read_rest, source_name
 

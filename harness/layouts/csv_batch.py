@@ -17,8 +17,6 @@ import pyarrow.compute as pc
 import pyarrow.csv
 from numpy.typing import NDArray
 
-from steadyload.layouts.batch import LayoutBatch, checked_batch
-from steadyload.layouts.batch_checks import Pallets
 from steadyload.layouts.csv_cells import unguarded
 from steadyload.layouts.csv_columns import (
     Columns,
@@ -29,7 +27,9 @@ from steadyload.layouts.csv_columns import (
 )
 from steadyload.layouts.dialect import Dialect
 from steadyload.layouts.limits import MAX_ITEMS, MAX_LAYOUTS, MAX_NUMBER_LENGTH, MAX_TEXT_LENGTH
-from steadyload.layouts.model import FloatArray, LayoutError
+from steadyload.layouts.model.batch import LayoutBatch, checked_batch
+from steadyload.layouts.model.batch_checks import Pallets
+from steadyload.layouts.model.layout import FloatArray, LayoutError
 
 _PLAIN_KEYS = {"columns", "other_columns"}
 """Keys of a dialect that change no number."""

@@ -24,10 +24,10 @@ from steadyload.layouts.csv_columns import (
 )
 from steadyload.layouts.dialect import LOADS, Dialect, sides_of
 from steadyload.layouts.limits import MAX_ITEMS, MAX_LAYOUTS, MAX_TEXT_LENGTH
-from steadyload.layouts.model import LayoutError
+from steadyload.layouts.model.layout import LayoutError
+from steadyload.layouts.model.units import UNITS, WEIGHT_UNITS
 from steadyload.layouts.record import FormatError, Record, Refused
 from steadyload.layouts.sources import decoded
-from steadyload.layouts.units import UNITS, WEIGHT_UNITS
 
 CSV_COLUMNS = (
     "layout",

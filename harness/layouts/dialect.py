@@ -11,8 +11,8 @@ from typing import Any
 
 from steadyload.errors import UserError, nearest
 from steadyload.layouts.limits import MAX_TEXT_LENGTH
+from steadyload.layouts.model.units import UNITS, WEIGHT_UNITS
 from steadyload.layouts.record import shown
-from steadyload.layouts.units import UNITS, WEIGHT_UNITS
 from steadyload.reading import toml_of
 
 UPWARD = ("y", "z")

@@ -19,15 +19,15 @@ from typing import TypedDict, Unpack
 from steadyload.atomic import write_atomically
 from steadyload.layouts.csv_reader import is_csv, read_csv
 from steadyload.layouts.dialect import Dialect
-from steadyload.layouts.floor import FloorKind
-from steadyload.layouts.frame import Frame
 from steadyload.layouts.limits import MAX_FILE_BYTES, MAX_VALUE_LENGTH, MAX_YAML_BYTES
-from steadyload.layouts.model import Layout, LayoutError
+from steadyload.layouts.model.floor import FloorKind
+from steadyload.layouts.model.frame import Frame
+from steadyload.layouts.model.layout import Layout, LayoutError
+from steadyload.layouts.model.plausibility import implausible
+from steadyload.layouts.model.snapping import snap
 from steadyload.layouts.packers.with_packingsolver import HEADER, read_certificate
-from steadyload.layouts.plausibility import implausible
 from steadyload.layouts.readers import read_aclpp, read_blocks, read_json
 from steadyload.layouts.record import FormatError, Record, Refused, to_layout
-from steadyload.layouts.snapping import snap
 from steadyload.layouts.sources import decoded, opened_source, read_rest, source_name
 from steadyload.layouts.writers import as_csv, as_job, as_native
 from steadyload.numbers import number_within

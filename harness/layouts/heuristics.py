@@ -18,7 +18,7 @@ from enum import IntEnum, StrEnum
 from itertools import permutations
 
 from steadyload.errors import UserError
-from steadyload.layouts.model import Vector
+from steadyload.layouts.model.layout import Vector
 from steadyload.layouts.spaces import Space, volume, without
 
 SPACES_COMPARED = 3

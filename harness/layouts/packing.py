@@ -27,8 +27,8 @@ from steadyload.layouts.heuristics import (
     layout_corners,
     pack_bins,
 )
-from steadyload.layouts.model import Item, Layout, Pallet, Vector
-from steadyload.layouts.scenarios import Scenario, apply_scenario
+from steadyload.layouts.model.layout import Item, Layout, Pallet, Vector
+from steadyload.layouts.model.scenarios import Scenario, apply_scenario
 from steadyload.layouts.spaces import Space, volume, without
 
 DENSITY = 250.0

@@ -18,7 +18,7 @@ from steadyload.layouts.limits import (
     MAX_VALUE_LENGTH,
     MAX_WAITING,
 )
-from steadyload.layouts.model import LayoutError
+from steadyload.layouts.model.layout import LayoutError
 from steadyload.layouts.packers.with_packvium import MEMBERS, read_containers
 from steadyload.layouts.plain_yaml import parse_plain_yaml
 from steadyload.layouts.record import (

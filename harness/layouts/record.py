@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from steadyload.escaping import shown as shown
-from steadyload.layouts.floor import FloorKind
-from steadyload.layouts.frame import AxisName, Part, SideName
-from steadyload.layouts.item import not_a_number
-from steadyload.layouts.model import Item, Layout, LayoutError, Pallet
-from steadyload.layouts.naming import box_label
+from steadyload.layouts.model.floor import FloorKind
+from steadyload.layouts.model.frame import AxisName, Part, SideName
+from steadyload.layouts.model.item import not_a_number
+from steadyload.layouts.model.layout import Item, Layout, LayoutError, Pallet
+from steadyload.layouts.model.naming import box_label
 
 DECK_KEYS = ("overhang", "deck_height", "floor")
 """Keys of a pallet that a file may state beside its size; see :class:`Pallet`."""

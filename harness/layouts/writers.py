@@ -12,7 +12,7 @@ from typing import Any
 
 from steadyload.layouts.csv_cells import harmless
 from steadyload.layouts.csv_reader import CSV_COLUMNS
-from steadyload.layouts.model import Layout, Pallet
+from steadyload.layouts.model.layout import Layout, Pallet
 from steadyload.layouts.readers import NATIVE_FORMAT, NATIVE_VERSION
 from steadyload.layouts.record import DECK_KEYS, FormatError
 

@@ -8,8 +8,8 @@ for the weights, or its solver gave up. Envelopes tell this where it was measure
 
 from __future__ import annotations
 
-from steadyload.layouts.frame import Frame
-from steadyload.layouts.model import Layout
+from steadyload.layouts.model.frame import Frame
+from steadyload.layouts.model.layout import Layout
 from steadyload.methods.contract.method import Method
 from steadyload.methods.contract.verdict import Verdict
 from steadyload.methods.registry import make_method

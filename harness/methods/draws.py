@@ -12,7 +12,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from steadyload.layouts.model import FloatArray
+from steadyload.layouts.model.layout import FloatArray
 
 _BITS = 32
 _MOST_DIMENSIONS = 21_201

@@ -23,9 +23,9 @@ from typing import Any
 
 import numpy as np
 
-from steadyload.layouts.contacts import Contacts, find_contacts
-from steadyload.layouts.frame import Frame
-from steadyload.layouts.model import Layout
+from steadyload.layouts.model.contacts import Contacts, find_contacts
+from steadyload.layouts.model.frame import Frame
+from steadyload.layouts.model.layout import Layout
 from steadyload.methods.contract.method import Method
 from steadyload.stored import REMEDY, StoredFileError, stored_object
 

@@ -20,7 +20,7 @@ from typing import Any
 from steadyload.engines.registry import capabilities, engines
 from steadyload.errors import nearest
 from steadyload.escaping import shown
-from steadyload.layouts.question import Question
+from steadyload.layouts.model.question import Question
 from steadyload.methods.contract.method import Method
 from steadyload.methods.contract.spec import (
     MethodSpec,

@@ -17,7 +17,7 @@ from typing import Any
 
 from steadyload.atomic import write_atomically
 from steadyload.engines.registry import engines_here
-from steadyload.layouts.question import Question, with_question
+from steadyload.layouts.model.question import Question, with_question
 from steadyload.stored import REMEDY, StoredFileError, stored_object
 
 TUNED = "ps_opt"

@@ -11,8 +11,8 @@ from scipy.special import ndtr, ndtri
 
 from steadyload.engines.quantities import check_ranges, quantity
 from steadyload.engines.registry import world_class
-from steadyload.layouts.deviations import NUMBERS_AN_ITEM, deviated
-from steadyload.layouts.model import FloatArray, Layout
+from steadyload.layouts.model.deviations import NUMBERS_AN_ITEM, deviated
+from steadyload.layouts.model.layout import FloatArray, Layout
 from steadyload.methods.contract.method import Method, Verdict, judge
 from steadyload.methods.contract.spec import bind, canonical, split_values
 from steadyload.methods.simulation.scene import planar_scene
@@ -27,8 +27,8 @@ class Uncertainty:
     """Deviations from the plan: standard deviations of independent normal deviations.
 
     Centres of mass, places and weights deviate item by item, see
-    :func:`steadyload.layouts.deviations.deviated`; friction is one number for the whole layout, cut
-    off where the method's own parameter ends.
+    :func:`steadyload.layouts.model.deviations.deviated`; friction is one number for the whole
+    layout, cut off where the method's own parameter ends.
 
     Raises:
         ValueError: a number is out of its range, or nothing is uncertain.

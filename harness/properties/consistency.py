@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import strategies as st
 from hypothesis.strategies import DrawFn, SearchStrategy
 
-from steadyload.layouts.model import Item, Layout, Pallet
+from steadyload.layouts.model.layout import Item, Layout, Pallet
 from steadyload.methods.contract.declared import LayoutRange
 from steadyload.methods.contract.method import Trait, Verdict
 from steadyload.methods.envelope import leaves

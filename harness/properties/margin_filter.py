@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from steadyload.layouts.model import Layout
+from steadyload.layouts.model.layout import Layout
 from steadyload.methods.contract.method import Trait, Verdict
 from steadyload.methods.equilibrium.margins import margins
 from steadyload.properties.property import MethodUnderTest

@@ -11,7 +11,7 @@ from hypothesis.strategies import SearchStrategy
 
 from steadyload.engines.registry import world_class
 from steadyload.engines.world import Capabilities
-from steadyload.layouts.model import Layout
+from steadyload.layouts.model.layout import Layout
 from steadyload.methods.contract.declared import EVERY_LAYOUT
 from steadyload.methods.contract.method import Method, Status, Trait, Verdict
 from steadyload.methods.registry import make_method

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.strategies import DrawFn, SearchStrategy
 
 from steadyload.engines.world import GRAVITY
-from steadyload.layouts.model import Layout
+from steadyload.layouts.model.layout import Layout
 from steadyload.methods.contract.declared import MovementLimits
 from steadyload.methods.contract.method import Trait
 from steadyload.methods.envelope import leaves

@@ -14,9 +14,9 @@ import numpy as np
 from hypothesis import strategies as st
 from hypothesis.strategies import DrawFn, SearchStrategy
 
-from steadyload.layouts.model import Item, Layout, Pallet, Vector
+from steadyload.layouts.model.layout import Item, Layout, Pallet, Vector
+from steadyload.layouts.model.scenarios import Scenario, apply_scenario
 from steadyload.layouts.packing import DENSITY, ITEM_CLASSES, SPACE_RULES, pack
-from steadyload.layouts.scenarios import Scenario, apply_scenario
 
 _DEPTH = 20
 """Shared depth of planar layouts [cm]."""

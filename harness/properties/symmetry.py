@@ -8,7 +8,7 @@ from dataclasses import replace
 from hypothesis import strategies as st
 from hypothesis.strategies import DrawFn, SearchStrategy
 
-from steadyload.layouts.model import WEIGHTS, Layout, replace_items
+from steadyload.layouts.model.layout import WEIGHTS, Layout, replace_items
 from steadyload.methods.contract.method import Trait
 from steadyload.properties.margin_filter import is_clear
 from steadyload.properties.property import (

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from steadyload.layouts.model import Layout, Vector
+from steadyload.layouts.model.layout import Layout, Vector
 from steadyload.methods.contract.declared import LayoutRange
 
 

@@ -8,7 +8,7 @@ from steadyload.engines.errors import EngineNotInstalledError
 from steadyload.engines.registry import capabilities, engines_here
 from steadyload.engines.world import Capabilities
 from steadyload.errors import nearest
-from steadyload.layouts.question import Question
+from steadyload.layouts.model.question import Question
 from steadyload.methods.registry import make_method
 from steadyload.runs.definition import StudyError
 

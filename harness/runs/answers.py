@@ -9,8 +9,8 @@ from pathlib import Path
 import pandas as pd
 
 from steadyload.layouts.formats import read_written
-from steadyload.layouts.model import Layout
-from steadyload.layouts.scenarios import Scenario, apply_scenario
+from steadyload.layouts.model.layout import Layout
+from steadyload.layouts.model.scenarios import Scenario, apply_scenario
 from steadyload.runs.definition import AS_GIVEN
 from steadyload.runs.judged import JudgedCases
 from steadyload.runs.labels import labelled_layout

@@ -8,7 +8,7 @@ from pathlib import Path
 import pandas as pd
 
 from steadyload.layouts.formats import read_written
-from steadyload.layouts.naming import box_id
+from steadyload.layouts.model.naming import box_id
 from steadyload.runs.results import LAYOUTS_FILE, kept_file
 
 

@@ -8,9 +8,9 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Self, Unpack
 
-from steadyload.layouts.batch import LayoutBatch
 from steadyload.layouts.formats import Reading, scan_layouts
-from steadyload.layouts.model import Layout
+from steadyload.layouts.model.batch import LayoutBatch
+from steadyload.layouts.model.layout import Layout
 from steadyload.layouts.record import Refused
 from steadyload.layouts.refusals import Refusals
 from steadyload.layouts.sources import source_name

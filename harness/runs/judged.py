@@ -12,8 +12,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from steadyload.layouts.question import Question
-from steadyload.layouts.scenarios import Scenario
+from steadyload.layouts.model.question import Question
+from steadyload.layouts.model.scenarios import Scenario
 from steadyload.methods.naming import MethodKey, named
 from steadyload.runs.definition import AS_GIVEN
 from steadyload.runs.labels import item_lists, load_labels

@@ -20,7 +20,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from steadyload.atomic import ChecksumError, verified_manifest
-from steadyload.layouts.model import Layout
+from steadyload.layouts.model.layout import Layout
 from steadyload.layouts.parquet_table import table_of
 from steadyload.layouts.record import shown
 from steadyload.methods.contract.method import Method, Verdict

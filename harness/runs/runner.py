@@ -26,7 +26,7 @@ from steadyload.atomic import (
 )
 from steadyload.layouts.benchmark import Benchmark
 from steadyload.layouts.formats import Format, write_layouts
-from steadyload.layouts.model import Layout
+from steadyload.layouts.model.layout import Layout
 from steadyload.methods.registry import make_method
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.envelope_use import EnvelopeCount

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from steadyload.atomic import manifest_text, verified_manifest, write_atomically
-from steadyload.layouts.model import Layout
+from steadyload.layouts.model.layout import Layout
 from steadyload.methods.contract.method import judge
 from steadyload.methods.registry import make_method
 from steadyload.reading import MAX_STORED_BYTES, content_of, json_of

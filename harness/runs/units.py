@@ -8,7 +8,7 @@ from functools import cache
 from itertools import islice
 from typing import Any
 
-from steadyload.layouts.model import Layout
+from steadyload.layouts.model.layout import Layout
 from steadyload.methods.contract.method import Method, Status, Verdict, judge
 from steadyload.methods.registry import make_method
 from steadyload.runs.definition import StudyDefinition

@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 from scipy.special import betaincinv, ndtri, stdtrit
 
 from steadyload.engines.quantities import check_ranges, quantity
-from steadyload.layouts.model import FloatArray, Layout
+from steadyload.layouts.model.layout import FloatArray, Layout
 from steadyload.methods.contract.method import Method, Status, Verdict, judge
 from steadyload.methods.draws import sobol
 from steadyload.methods.uncertainty import Uncertainty, dimensions, judge_deviated

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import pandas as pd
 
 from steadyload.app.viewing import view_of
-from steadyload.layouts.model import Layout
+from steadyload.layouts.model.layout import Layout
 from steadyload.methods.contract.verdict import Verdict
 from steadyload.methods.session.recording import record_plan
 from steadyload.reports.charts.heat import heat

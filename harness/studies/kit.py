@@ -29,7 +29,7 @@ from steadyload.config import bind, methods_option, operand, option, set_option
 from steadyload.studies.study import Progress, PublishedPage, silent
 
 if TYPE_CHECKING:
-    from steadyload.layouts.question import Question
+    from steadyload.layouts.model.question import Question
     from steadyload.reports.page import Page
     from steadyload.runs.costs import CostKind
     from steadyload.runs.evaluation import Evaluation

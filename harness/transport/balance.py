@@ -20,7 +20,7 @@ import numpy as np
 from scipy.sparse import csc_array, diags_array, hstack, vstack
 
 from steadyload.bearing.cones import is_solved, solve_cones
-from steadyload.layouts.model import Arrangement, FloatArray
+from steadyload.layouts.model.layout import Arrangement, FloatArray
 from steadyload.methods.equilibrium.friction import Sides
 from steadyload.methods.equilibrium.touching import Points, touching_points, wrenches
 from steadyload.transport.errors import UnsolvedError

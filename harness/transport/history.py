@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from steadyload.escaping import shown
-from steadyload.layouts.checks import is_number
+from steadyload.layouts.model.checks import is_number
 from steadyload.numbers import number_within
 from steadyload.reading import MAX_HISTORY_BYTES, content_of
 from steadyload.transport.errors import TransportError

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from steadyload.engines.registry import world_class
 from steadyload.engines.world import EngineError
 from steadyload.escaping import shown
-from steadyload.layouts.model import Layout
+from steadyload.layouts.model.layout import Layout
 from steadyload.methods.contract.method import Method
 from steadyload.methods.equilibrium.equilibrium import Equilibrium
 from steadyload.methods.equilibrium.friction import Sides

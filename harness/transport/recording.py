@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from steadyload.engines.world import EngineError, Poses
-from steadyload.layouts.model import FloatArray, Layout
-from steadyload.layouts.naming import box_label
+from steadyload.layouts.model.layout import FloatArray, Layout
+from steadyload.layouts.model.naming import box_label
 from steadyload.methods.contract.method import Method, Status, Verdict
 from steadyload.methods.session.recording import RecordedStep, Recording
 from steadyload.methods.simulation.criteria import Movement

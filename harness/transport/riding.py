@@ -10,7 +10,7 @@ import numpy as np
 
 from steadyload.engines.registry import world_class
 from steadyload.engines.world import EngineError, FixedStepWorld, Poses
-from steadyload.layouts.model import FloatArray, Layout
+from steadyload.layouts.model.layout import FloatArray, Layout
 from steadyload.methods.simulation.scene import CM, boxes, surroundings
 from steadyload.methods.simulation.simulation_parameters import SimulationParameters
 from steadyload.transport.balance import Mode

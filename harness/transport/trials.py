@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from steadyload.engines.world import EngineError
-from steadyload.layouts.model import Layout
+from steadyload.layouts.model.layout import Layout
 from steadyload.methods.contract.method import Method
 from steadyload.methods.registry import make_method
 from steadyload.methods.simulation.simulation import Simulation

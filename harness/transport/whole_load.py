@@ -7,8 +7,8 @@ import math
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from steadyload.layouts.contacts import FLOOR, find_supports
-from steadyload.layouts.model import Arrangement
+from steadyload.layouts.model.contacts import FLOOR, find_supports
+from steadyload.layouts.model.layout import Arrangement
 from steadyload.transport.errors import TransportError
 
 

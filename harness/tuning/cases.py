@@ -13,8 +13,8 @@ import pandas as pd
 
 from steadyload.layouts.benchmark import PLANAR, REAL, Part, load_benchmark
 from steadyload.layouts.benchmark.dataset import KEYS
-from steadyload.layouts.model import Layout
-from steadyload.layouts.question import Question
+from steadyload.layouts.model.layout import Layout
+from steadyload.layouts.model.question import Question
 from steadyload.tuning import TuningError
 
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from steadyload.layouts.question import Question
+from steadyload.layouts.model.question import Question
 from steadyload.methods.contract.spec import as_plain, parse_spec
 from steadyload.methods.tuned import TUNED, Tuned, tuned, tuned_name, write_tuned
 from steadyload.tuning import TuningError

@@ -15,7 +15,7 @@ import numpy as np
 from steadyload.engines.registry import engines, world_class
 from steadyload.engines.world import SETTINGS, Support
 from steadyload.errors import nearest
-from steadyload.layouts.question import Question
+from steadyload.layouts.model.question import Question
 from steadyload.methods.contract.spec import as_plain, bind, canonical
 from steadyload.methods.registry import make_method
 from steadyload.methods.simulation.simulation_parameters import (

@@ -23,7 +23,7 @@ from steadyload.app.recommend.kept import load_fronts, merged, write_fronts
 from steadyload.atomic import manifest_text, verified_manifest
 from steadyload.cli import main
 from steadyload.layouts.benchmark import load_benchmark
-from steadyload.layouts.question import Question
+from steadyload.layouts.model.question import Question
 from steadyload.learners.weights import SHIPPED as SHIPPED_WEIGHTS
 from steadyload.methods.registry import make_method
 from steadyload.runs.definition import StudyDefinition, load_study

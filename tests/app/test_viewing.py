@@ -15,7 +15,7 @@ from steadyload.cli import main
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.dialect import Dialect
 from steadyload.layouts.formats import Format, write_layouts
-from steadyload.layouts.frame import Frame
+from steadyload.layouts.model.frame import Frame
 from steadyload.methods.contract.method import Status
 from steadyload.methods.registry import make_method
 from steadyload.methods.session.recording import record_loading

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from steadyload.bearing import crushing, first_crushed
 from steadyload.bearing.forces import Rectangles, Statics
 from steadyload.bearing.growing import GrowingStatics
-from steadyload.layouts.contacts import find_supports
-from steadyload.layouts.model import Item, Layout, Pallet
+from steadyload.layouts.model.contacts import find_supports
+from steadyload.layouts.model.layout import Item, Layout, Pallet
 from steadyload.layouts.packing import random_layouts
 
 

@@ -10,8 +10,8 @@ from steadyload.bearing import contact_forces, first_crushed, loads, payload
 from steadyload.bearing.forces import Statics
 from steadyload.errors import UnsolvedError
 from steadyload.layouts.benchmark import load_benchmark
-from steadyload.layouts.frame import Frame
-from steadyload.layouts.model import Item, Layout, Pallet
+from steadyload.layouts.model.frame import Frame
+from steadyload.layouts.model.layout import Item, Layout, Pallet
 from steadyload.layouts.packing import random_layouts
 from steadyload.numbers import NumberError
 from steadyload.time_limit import TimeoutExpiredError

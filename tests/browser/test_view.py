@@ -10,8 +10,8 @@ import pytest
 
 from steadyload.app.viewing import riding, write_view
 from steadyload.layouts import Item, Layout, Pallet
-from steadyload.layouts.frame import Frame
-from steadyload.layouts.model import replace_items
+from steadyload.layouts.model.frame import Frame
+from steadyload.layouts.model.layout import replace_items
 from steadyload.methods.registry import make_method
 from steadyload.reports.viewer import three_js
 

@@ -20,7 +20,7 @@ from steadyload.app.recommend.kept import load_fronts
 from steadyload.cli import main
 from steadyload.layouts.benchmark import REAL, load_benchmark
 from steadyload.layouts.formats import Format, write_layouts
-from steadyload.layouts.model import Item, Layout, Pallet
+from steadyload.layouts.model.layout import Item, Layout, Pallet
 from steadyload.methods.contract.method import Verdict
 from steadyload.methods.registry import make_method
 from steadyload.runs.scoring import read_entries

@@ -7,7 +7,7 @@ import pytest
 
 from steadyload.cli import main
 from steadyload.layouts.formats import Format, read_layouts, write_layouts
-from steadyload.layouts.model import Item, Layout, Pallet
+from steadyload.layouts.model.layout import Item, Layout, Pallet
 from steadyload.runs.box_ids import with_box_ids
 from steadyload.runs.results import load_manifest, load_results
 

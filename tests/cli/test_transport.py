@@ -6,7 +6,7 @@ import pytest
 
 from steadyload.cli import main
 from steadyload.layouts.formats import Format, write_layouts
-from steadyload.layouts.model import Item, Layout, Pallet
+from steadyload.layouts.model.layout import Item, Layout, Pallet
 
 PALLET = Pallet(120.0, 200.0, 80.0)
 

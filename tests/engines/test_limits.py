@@ -10,7 +10,7 @@ from steadyload.engines.errors import BadNumberError, EngineError
 from steadyload.engines.substeps import SubstepClock
 from steadyload.engines.world import Box, WorldSettings
 from steadyload.layouts import Item, Layout, Pallet
-from steadyload.layouts.model import SIDES, WEIGHTS
+from steadyload.layouts.model.layout import SIDES, WEIGHTS
 from steadyload.methods.simulation.scene import boxes
 
 NAN, INF = math.nan, math.inf

@@ -88,7 +88,7 @@ def test_the_mask_is_what_would_stand():
             with env.session.fork() as fork:
                 try:
                     stands = fork.try_place(item).stable
-                except steadyload.layouts.model.LayoutError:
+                except steadyload.layouts.model.layout.LayoutError:
                     stands = False
                 if stands:
                     assert whole.judge(fork.layout()).stable

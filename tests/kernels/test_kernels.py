@@ -16,9 +16,9 @@ from steadyload.kernels.contacts import contacts_of
 from steadyload.kernels.convex_hull import strictly_inside_hull
 from steadyload.kernels.least_squares import nonnegative_least_squares
 from steadyload.layouts import Item, Layout, Pallet
-from steadyload.layouts.batch import LayoutBatch
 from steadyload.layouts.benchmark import load_benchmark
-from steadyload.layouts.contacts import FLOOR, find_contacts
+from steadyload.layouts.model.batch import LayoutBatch
+from steadyload.layouts.model.contacts import FLOOR, find_contacts
 from steadyload.methods import make_method
 from steadyload.methods.contract.method import Finding, NotBatchedError, Seconds
 from steadyload.methods.contract.spec import parse_spec

@@ -11,9 +11,9 @@ from hypothesis import given, settings
 
 import steadyload as sl
 from steadyload.layouts import Item, Layout, LayoutError, Pallet
-from steadyload.layouts.batch import LayoutBatch
 from steadyload.layouts.benchmark import BenchmarkError, load_benchmark
-from steadyload.layouts.model import ARRAYS, TOLERANCE
+from steadyload.layouts.model.batch import LayoutBatch
+from steadyload.layouts.model.layout import ARRAYS, TOLERANCE
 from steadyload.layouts.packing import random_layouts
 from steadyload.properties.strategies import layouts as any_layouts
 

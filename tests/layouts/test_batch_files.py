@@ -7,14 +7,14 @@ from hypothesis import strategies as st
 
 import steadyload as sl
 from steadyload.layouts import Item, Layout, Pallet
-from steadyload.layouts.batch import LayoutBatch
 from steadyload.layouts.batch_files import read_batch
 from steadyload.layouts.csv_batch import batch_of_csv
 from steadyload.layouts.dialect import Dialect
-from steadyload.layouts.floor import FloorError
 from steadyload.layouts.formats import Format, read_layouts, write_layouts
 from steadyload.layouts.limits import MAX_ITEMS
-from steadyload.layouts.model import LayoutError
+from steadyload.layouts.model.batch import LayoutBatch
+from steadyload.layouts.model.floor import FloorError
+from steadyload.layouts.model.layout import LayoutError
 from steadyload.layouts.packing import random_layouts
 from steadyload.layouts.writers import as_csv
 from steadyload.methods import make_method

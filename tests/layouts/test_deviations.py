@@ -5,14 +5,14 @@ import pytest
 from scipy.stats import kstest, lognorm, norm, truncnorm
 
 from steadyload.layouts import Item, Layout, Pallet
-from steadyload.layouts.deviations import (
+from steadyload.layouts.model.deviations import (
     CENTRE,
     NUMBERS_AN_ITEM,
     PLACE,
     deviated,
     made_room,
 )
-from steadyload.layouts.model import TOLERANCE
+from steadyload.layouts.model.layout import TOLERANCE
 from steadyload.layouts.packing import random_layouts
 
 PALLET = Pallet(100.0, 100.0, 100.0)

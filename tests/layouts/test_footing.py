@@ -6,9 +6,9 @@ from dataclasses import replace
 import pytest
 
 from steadyload.layouts.dialect import Dialect
-from steadyload.layouts.footing import Gap, footing, gaps, largest
-from steadyload.layouts.frame import Frame
-from steadyload.layouts.model import Item, Layout, Pallet
+from steadyload.layouts.model.footing import Gap, footing, gaps, largest
+from steadyload.layouts.model.frame import Frame
+from steadyload.layouts.model.layout import Item, Layout, Pallet
 
 PALLET = Pallet(120, 150, 80)
 

@@ -11,7 +11,6 @@ import pytest
 
 from steadyload.layouts import Item, Layout, LayoutError, Pallet
 from steadyload.layouts.csv_reader import CSV_COLUMNS
-from steadyload.layouts.floor import FloorError, FloorKind
 from steadyload.layouts.formats import (
     Format,
     read_layouts,
@@ -19,8 +18,9 @@ from steadyload.layouts.formats import (
     scan_layouts,
     write_layouts,
 )
+from steadyload.layouts.model.floor import FloorError, FloorKind
+from steadyload.layouts.model.snapping import snap
 from steadyload.layouts.record import FormatError, Refused
-from steadyload.layouts.snapping import snap
 
 SCHEMA = Path(__file__).resolve().parents[2] / "docs" / "layouts.schema.json"
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from steadyload.layouts import Item, Layout, LayoutError, Pallet
-from steadyload.layouts.floor import INFINITE, Floor, FloorError
-from steadyload.layouts.model import TOLERANCE, replace_items
+from steadyload.layouts.model.floor import INFINITE, Floor, FloorError
+from steadyload.layouts.model.layout import TOLERANCE, replace_items
 
 PALLET = Pallet(100.0, 50.0, 100.0)
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from steadyload.layouts.heuristics import HEURISTICS, BinRule
-from steadyload.layouts.model import Pallet
+from steadyload.layouts.model.layout import Pallet
 from steadyload.layouts.packing import (
     DENSITY,
     ITEM_CLASSES,

@@ -21,6 +21,7 @@ from steadyload.layouts.benchmark.dataset import SETS
 from steadyload.layouts.benchmark.overview import overview
 from steadyload.layouts.benchmark.splits import assign_splits
 from steadyload.layouts.heuristics import HEURISTICS
+from steadyload.layouts.model.scenarios import Scenario, apply_scenario
 from steadyload.layouts.packing import (
     ITEM_CLASSES,
     MOST_ITEMS,
@@ -28,7 +29,6 @@ from steadyload.layouts.packing import (
     make_instance,
     pack_instance,
 )
-from steadyload.layouts.scenarios import Scenario, apply_scenario
 from steadyload.methods.contract.method import Status
 from steadyload.methods.registry import make_method
 from steadyload.methods.simulation.scene import planar_scene

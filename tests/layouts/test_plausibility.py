@@ -11,8 +11,8 @@ from steadyload.layouts.batch_files import read_batch
 from steadyload.layouts.benchmark.dataset import SETS, load_benchmark
 from steadyload.layouts.dialect import Dialect
 from steadyload.layouts.formats import scan_layouts
-from steadyload.layouts.model import Item, Layout, Pallet
-from steadyload.layouts.plausibility import implausible
+from steadyload.layouts.model.layout import Item, Layout, Pallet
+from steadyload.layouts.model.plausibility import implausible
 
 SHARED = Path(__file__).resolve().parents[3] / "shared" / "data"
 HEADER = "layout,pallet_width,pallet_height,pallet_depth,sequence,x,y,z,width,height,depth,weight"

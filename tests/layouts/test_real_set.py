@@ -28,8 +28,8 @@ from steadyload.layouts.benchmark.real import (
     real_manifest,
 )
 from steadyload.layouts.benchmark.tables import BenchmarkError
-from steadyload.layouts.floor import FloorKind
 from steadyload.layouts.formats import Format, write_layouts
+from steadyload.layouts.model.floor import FloorKind
 from steadyload.layouts.packers.packed import PACKERS
 
 ITEMS = "ID,X,Y,Z,ROTATION_XYZ,COPIES\n0,110,100,90,1,5\n1,120,80,100,1,4\n"

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from steadyload.layouts import Item, Layout, Pallet
-from steadyload.layouts.scenarios import Scenario, apply_scenario
+from steadyload.layouts.model.scenarios import Scenario, apply_scenario
 
 
 @pytest.fixture(scope="module")

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from steadyload.layouts import Item, Layout, LayoutError, Pallet
-from steadyload.layouts.batch import LayoutBatch
-from steadyload.layouts.contacts import FLOOR, find_contacts, find_supports
-from steadyload.layouts.growing import GrowingLayout
+from steadyload.layouts.model.batch import LayoutBatch
+from steadyload.layouts.model.contacts import FLOOR, find_contacts, find_supports
+from steadyload.layouts.model.growing import GrowingLayout
+from steadyload.layouts.model.snapping import snap
 from steadyload.layouts.packers.plan import Bin, Placed, plan
-from steadyload.layouts.snapping import snap
 from steadyload.methods.equilibrium.touching import touching_points
 from steadyload.methods.simulation.scene import planar_scene
 

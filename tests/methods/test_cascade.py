@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from steadyload.layouts import Item, Layout, Pallet
+from steadyload.layouts.model.question import Question
 from steadyload.layouts.packing import random_layouts
-from steadyload.layouts.question import Question
 from steadyload.methods import registry
 from steadyload.methods.cascade.cascade import Cascade
 from steadyload.methods.cascade.thresholds import (

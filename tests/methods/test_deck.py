@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from steadyload.layouts import Item, Layout, Pallet
-from steadyload.layouts.deviations import deviated
+from steadyload.layouts.model.deviations import deviated
+from steadyload.layouts.model.scenarios import Scenario, apply_scenario
+from steadyload.layouts.model.snapping import snap
 from steadyload.layouts.packing import random_layouts
-from steadyload.layouts.scenarios import Scenario, apply_scenario
-from steadyload.layouts.snapping import snap
 from steadyload.methods.equilibrium.margins import margins
 from steadyload.methods.registry import make_method
 from steadyload.methods.session.session import LoadingSession

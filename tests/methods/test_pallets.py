@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from steadyload.layouts.formats import read_layouts
-from steadyload.layouts.model import TOLERANCE
+from steadyload.layouts.model.layout import TOLERANCE
 from steadyload.methods.registry import make_method
 from steadyload.properties.transforms import drawn_in
 from steadyload.runs.scoring import score_layouts

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from steadyload.engines.world import EngineError
 from steadyload.kernels.growing import ARRAYS
 from steadyload.layouts import Item, Layout, LayoutError, Pallet
-from steadyload.layouts.contacts import find_supports
+from steadyload.layouts.model.contacts import find_supports
 from steadyload.layouts.packing import random_layouts
 from steadyload.methods import Status
 from steadyload.methods.contract.method import STABLE, Finding, Method, Seconds, WholeLoader

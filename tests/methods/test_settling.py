@@ -7,7 +7,7 @@ import pytest
 
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.benchmark import load_benchmark
-from steadyload.layouts.question import Question
+from steadyload.layouts.model.question import Question
 from steadyload.methods import make_method
 from steadyload.methods.contract.spec import SpecError
 from steadyload.methods.contract.stopwatch import Stopwatch

@@ -4,7 +4,7 @@ import pytest
 
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.formats import read_layouts
-from steadyload.layouts.scenarios import Scenario, apply_scenario
+from steadyload.layouts.model.scenarios import Scenario, apply_scenario
 from steadyload.methods import make_method
 
 PALLET = Pallet(100.0, 100.0, 100.0)

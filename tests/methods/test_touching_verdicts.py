@@ -15,8 +15,8 @@ from hypothesis import strategies as st
 
 import steadyload as sl
 from steadyload.layouts import Item, Layout, Pallet
-from steadyload.layouts.batch import LayoutBatch
-from steadyload.layouts.model import view_on
+from steadyload.layouts.model.batch import LayoutBatch
+from steadyload.layouts.model.layout import view_on
 from steadyload.learners.support import COLUMNS, support_table
 from steadyload.methods.equilibrium.rest_position import RestPositions
 from steadyload.properties.transforms import mirrored, quarter_turned, translated

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from steadyload.layouts.contacts import find_contacts
-from steadyload.layouts.scenarios import Scenario
+from steadyload.layouts.model.contacts import find_contacts
+from steadyload.layouts.model.scenarios import Scenario
 from steadyload.methods import make_method
 from steadyload.methods.contract.declared import EVERY_LAYOUT, LABEL_LIMITS, LayoutRange
 from steadyload.methods.simulation.scene import planar_scene

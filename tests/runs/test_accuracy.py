@@ -21,7 +21,7 @@ from steadyload.layouts.benchmark.tables import (
     read_tables,
     write_tables,
 )
-from steadyload.layouts.question import Question
+from steadyload.layouts.model.question import Question
 from steadyload.methods.naming import MethodKey
 from steadyload.methods.registry import make_method
 from steadyload.reports.writing import write_page

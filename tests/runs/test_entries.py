@@ -10,7 +10,7 @@ import pytest
 
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.formats import Format, write_layouts
-from steadyload.layouts.model import ARRAYS
+from steadyload.layouts.model.layout import ARRAYS
 from steadyload.layouts.packing import random_layouts
 from steadyload.layouts.record import FormatError, Refused
 from steadyload.methods.registry import make_method

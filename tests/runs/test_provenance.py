@@ -30,7 +30,7 @@ MOVED = {
     "methods/equilibrium/balance.py": "methods/vertical.py",
     "methods/simulation/loading.py": "methods/algorithm.py",
     "engines/with_mujoco.py": "engines/mujoco_world.py",
-    "layouts/contacts.py": "layouts/touching_faces.py",
+    "layouts/model/contacts.py": "layouts/touching_faces.py",
     "learners/methods.py": "learners/networks_that_judge.py",
 }
 

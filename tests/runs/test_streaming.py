@@ -12,7 +12,7 @@ from steadyload.layouts.formats import (
     read_written,
     write_layouts,
 )
-from steadyload.layouts.model import Layout, LayoutError
+from steadyload.layouts.model.layout import Layout, LayoutError
 from steadyload.layouts.packing import random_layouts
 from steadyload.reports.writing import write_page
 from steadyload.runs.definition import StudyDefinition, StudyError

@@ -19,7 +19,7 @@ import pytest
 from steadyload.engines.registry import ENGINES, EngineEntry, installed_versions
 from steadyload.engines.world import EngineNotInstalledError
 from steadyload.layouts.formats import Format, write_layouts
-from steadyload.layouts.model import LayoutError
+from steadyload.layouts.model.layout import LayoutError
 from steadyload.layouts.packing import random_layouts
 from steadyload.methods import Status
 from steadyload.methods.contract.method import judge

@@ -15,7 +15,7 @@ from steadyload.cli import main
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.benchmark.dataset import KEYS
 from steadyload.layouts.formats import Format, write_layouts
-from steadyload.layouts.model import Item, Layout, Pallet
+from steadyload.layouts.model.layout import Item, Layout, Pallet
 from steadyload.learners import LearnerError
 from steadyload.learners.plans.plan import Section
 from steadyload.learners.plans.plan_file import load_plan

@@ -15,7 +15,7 @@ from steadyload.layouts.benchmark import BenchmarkError
 from steadyload.layouts.benchmark.dataset import row_of
 from steadyload.layouts.benchmark.real import NO_CLASS, PALLET_SOFTWARE
 from steadyload.layouts.benchmark.tables import CASES, OPINIONS, UNLABELLED, write_tables
-from steadyload.layouts.question import Question
+from steadyload.layouts.model.question import Question
 from steadyload.methods.contract.spec import SpecError
 from steadyload.reports.writing import write_page
 from steadyload.runs.definition import StudyError

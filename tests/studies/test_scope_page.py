@@ -12,7 +12,7 @@ from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.benchmark import BenchmarkError, load_benchmark
 from steadyload.layouts.benchmark.dataset import KEYS, Benchmark, row_of
 from steadyload.layouts.benchmark.tables import CASES, OPINIONS, UNLABELLED, write_tables
-from steadyload.layouts.question import Question
+from steadyload.layouts.model.question import Question
 from steadyload.methods.registry import make_method
 from steadyload.reports.writing import write_page
 from steadyload.runs.results import load_results

@@ -6,7 +6,7 @@ import pandas as pd
 import pytest
 
 from steadyload.layouts.benchmark import load_benchmark
-from steadyload.layouts.question import Question
+from steadyload.layouts.model.question import Question
 from steadyload.methods.registry import make_method
 from steadyload.methods.simulation.criteria import Criterion
 from steadyload.reports.writing import write_page

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from steadyload.layouts.question import Question
+from steadyload.layouts.model.question import Question
 from steadyload.methods.tuned import tuned_engines
 from steadyload.reports.writing import write_page
 from steadyload.statistics.estimate import Estimate

@@ -13,7 +13,7 @@ import pytest
 from steadyload.app.recommend.kept import SPATIAL
 from steadyload.cli import main
 from steadyload.layouts.benchmark import load_benchmark
-from steadyload.layouts.question import Question
+from steadyload.layouts.model.question import Question
 from steadyload.methods import registry
 from steadyload.methods.contract.method import RefusedError, judge
 from steadyload.methods.contract.spec import parse_spec

@@ -8,8 +8,8 @@ from steadyload.app.recommend.front import front_for
 from steadyload.app.recommend.kept import load_fronts
 from steadyload.layouts.benchmark import REAL
 from steadyload.layouts.benchmark.dataset import LISTS
-from steadyload.layouts.model import Item, Layout, Pallet
-from steadyload.layouts.question import Question
+from steadyload.layouts.model.layout import Item, Layout, Pallet
+from steadyload.layouts.model.question import Question
 from steadyload.reports.writing import write_page
 from steadyload.runs.definition import StudyError
 from steadyload.studies.transport.page import transport_page

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from steadyload.layouts.benchmark import load_benchmark
-from steadyload.layouts.model import Item, Layout, Pallet
+from steadyload.layouts.model.layout import Item, Layout, Pallet
 from steadyload.methods.equilibrium.friction import Sides
 from steadyload.transport.balance import BalanceProgramme
 

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from steadyload.engines.world import EngineError
-from steadyload.layouts.model import Item, Layout, Pallet
+from steadyload.layouts.model.layout import Item, Layout, Pallet
 from steadyload.methods.simulation.simulation_parameters import SimulationParameters
 from steadyload.transport.balance import Mode
 from steadyload.transport.errors import TransportError

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from steadyload.layouts.model import Item, Layout, Pallet
+from steadyload.layouts.model.layout import Item, Layout, Pallet
 from steadyload.properties.strategies import ordinary_layouts, single_items
 from steadyload.properties.transforms import mirrored, quarter_turned
 from steadyload.transport.balance import BalanceProgramme

@@ -3,7 +3,7 @@
 import pytest
 
 from steadyload.engines.registry import capabilities, engine_names
-from steadyload.layouts.model import Item, Layout, Pallet
+from steadyload.layouts.model.layout import Item, Layout, Pallet
 from steadyload.methods.registry import make_method
 from steadyload.methods.simulation.simulation_parameters import SimulationParameters
 from steadyload.transport import TransportError, limits

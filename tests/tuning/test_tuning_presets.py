@@ -5,7 +5,7 @@ import json
 
 import pytest
 
-from steadyload.layouts.question import Question
+from steadyload.layouts.model.question import Question
 from steadyload.methods import registry, tuned
 from steadyload.methods.contract.spec import SpecError, as_plain
 from steadyload.methods.registry import make_method, method_listing

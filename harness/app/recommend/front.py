@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from steadyload.engines.registry import engines, engines_here
 from steadyload.errors import UserError, nearest
-from steadyload.layouts.question import Question
+from steadyload.layouts.model.question import Question
 from steadyload.statistics.error_costs import ErrorShares
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.front import undominated

@@ -11,7 +11,7 @@ from typing import Any
 
 from steadyload.app.recommend.front import SIZES, Front, FrontError, Measured
 from steadyload.atomic import manifest_text, verified_manifest, write_atomically
-from steadyload.layouts.question import Question
+from steadyload.layouts.model.question import Question
 from steadyload.reading import MAX_STORED_BYTES, TooLargeError, content_of, json_of
 from steadyload.statistics.error_costs import ErrorShares
 from steadyload.statistics.estimate import Estimate

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 from steadyload.app.recommend.front import Front, Measured
-from steadyload.layouts.question import Question
+from steadyload.layouts.model.question import Question
 from steadyload.methods.contract.spec import SpecError
 from steadyload.runs.able import asked_question
 from steadyload.runs.evaluation import MethodEvaluation

@@ -47,9 +47,9 @@ from steadyload.layouts.benchmark.tables import (
     refuse_foreign,
     write_tables,
 )
-from steadyload.layouts.model import Layout
+from steadyload.layouts.model.layout import Layout
+from steadyload.layouts.model.scenarios import Scenario
 from steadyload.layouts.packing import MOST_ITEMS
-from steadyload.layouts.scenarios import Scenario
 
 _PACKED = re.compile(r"H\d+_(Class_(\d+)_Instance_\d+)_ULD_\d+")
 _HEURISTIC, _DEVICE = re.compile(r"^H\d+_"), re.compile(r"_(?:ULD|ake|pmc|pge)_?.*$", re.I)

@@ -10,7 +10,8 @@ import pandas as pd
 
 from steadyload.layouts.benchmark.dataset import row_of
 from steadyload.layouts.benchmark.splits import SIZES, SplitSizes
-from steadyload.layouts.model import Layout
+from steadyload.layouts.model.layout import Layout
+from steadyload.layouts.model.scenarios import Scenario, apply_scenario
 from steadyload.layouts.packing import (
     ITEM_CLASSES,
     PackedLayout,
@@ -18,7 +19,6 @@ from steadyload.layouts.packing import (
     generate,
     make_instance,
 )
-from steadyload.layouts.scenarios import Scenario, apply_scenario
 
 _OFFSET_DECIMALS = 2
 """Centres of mass lie on tenths of a millimetre: the stored values are those judged."""
@@ -41,7 +41,7 @@ class BuildOptions:
         weights: how heavy items are.
         planar: every layout is a planar scene in every scenario; see
             :class:`steadyload.layouts.packing.Instance` and
-            :func:`steadyload.layouts.scenarios.apply_scenario`.
+            :func:`steadyload.layouts.model.scenarios.apply_scenario`.
         fewest_items: layouts of fewer are left out, 1 or more.
         splits: what is held out once the set is labelled.
     """
@@ -103,7 +103,7 @@ def build(
         options: what to draw from.
         progress: called with instances packed and instances in all.
         apart_from: geometries that are left out, by
-            :meth:`steadyload.layouts.model.Layout.geometry_hash`.
+            :meth:`steadyload.layouts.model.layout.Layout.geometry_hash`.
 
     Raises:
         PackingError: an option that cannot be.

@@ -14,8 +14,6 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from steadyload.layouts.batch import LayoutBatch, checked_batch, checked_view
-from steadyload.layouts.batch_checks import Pallets
 from steadyload.layouts.benchmark.confidence import confidence
 from steadyload.layouts.benchmark.tables import (
     FURTHER,
@@ -25,10 +23,12 @@ from steadyload.layouts.benchmark.tables import (
     read_further,
     read_tables,
 )
-from steadyload.layouts.model import FloatArray, Layout, LayoutError, Pallet
-from steadyload.layouts.question import Question
+from steadyload.layouts.model.batch import LayoutBatch, checked_batch, checked_view
+from steadyload.layouts.model.batch_checks import Pallets
+from steadyload.layouts.model.layout import FloatArray, Layout, LayoutError, Pallet
+from steadyload.layouts.model.question import Question
+from steadyload.layouts.model.scenarios import Scenario
 from steadyload.layouts.record import shown
-from steadyload.layouts.scenarios import Scenario
 from steadyload.reading import MAX_STORED_BYTES, content_of
 
 KEYS = ["layout", "scenario"]

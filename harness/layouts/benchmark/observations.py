@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from steadyload.layouts.benchmark.tables import BenchmarkError
-from steadyload.layouts.model import FloatArray
+from steadyload.layouts.model.layout import FloatArray
 
 LABEL_T = 10.0
 """The authors call a step unstable once a corner moved by more along one axis [cm]."""

@@ -8,7 +8,7 @@ import pandas as pd
 
 from steadyload.layouts.benchmark.confidence import agrees
 from steadyload.layouts.benchmark.dataset import SPLITS, Benchmark
-from steadyload.layouts.scenarios import Scenario
+from steadyload.layouts.model.scenarios import Scenario
 
 _NO_SPLIT = "none"
 _SPLITS = (*SPLITS, _NO_SPLIT)

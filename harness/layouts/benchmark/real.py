@@ -26,9 +26,9 @@ from steadyload.layouts.benchmark.item_lists import (
 from steadyload.layouts.benchmark.tables import BenchmarkError
 from steadyload.layouts.formats import read_layouts
 from steadyload.layouts.limits import MAX_FILE_BYTES
-from steadyload.layouts.model import Layout, Pallet
+from steadyload.layouts.model.layout import Layout, Pallet
+from steadyload.layouts.model.scenarios import Scenario
 from steadyload.layouts.packers.packed import PACKERS, ItemList, packer_versions
-from steadyload.layouts.scenarios import Scenario
 from steadyload.reading import content_of
 
 NO_CLASS = 0

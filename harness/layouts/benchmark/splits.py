@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from steadyload.layouts.benchmark.tables import BenchmarkError
-from steadyload.layouts.scenarios import Scenario
+from steadyload.layouts.model.scenarios import Scenario
 
 _TEST_ALONE = ("test",)
 

@@ -16,11 +16,11 @@ from types import ModuleType
 from typing import Any
 
 from steadyload.errors import UserError
+from steadyload.layouts.model.units import UNITS
 from steadyload.layouts.packers.plan import Plan
 from steadyload.layouts.packers.with_packingsolver import from_packingsolver
 from steadyload.layouts.packers.with_packvium import from_packvium
 from steadyload.layouts.packers.with_py3dbp import from_py3dbp
-from steadyload.layouts.units import UNITS
 
 Sides = tuple[int, int, int]
 """Length, width and height, whole numbers."""

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from decimal import Decimal
 from typing import Literal
 
-from steadyload.layouts.frame import AxisName
-from steadyload.layouts.model import TOLERANCE, WITHIN, Layout, LayoutError, Vector, from_to
-from steadyload.layouts.naming import box_label
+from steadyload.layouts.model.frame import AxisName
+from steadyload.layouts.model.layout import TOLERANCE, WITHIN, Layout, LayoutError, Vector, from_to
+from steadyload.layouts.model.naming import box_label
 from steadyload.layouts.record import Record, Refused, to_layout
 
 DENSITY = 2e-4

@@ -25,7 +25,8 @@ from steadyload.layouts.limits import (
     MAX_LAYOUTS,
     MAX_TEXT_LENGTH,
 )
-from steadyload.layouts.model import LayoutError, Vector
+from steadyload.layouts.model.layout import LayoutError, Vector
+from steadyload.layouts.model.units import UNITS, WEIGHT_UNITS
 from steadyload.layouts.packers.plan import (
     Bin,
     Order,
@@ -38,7 +39,6 @@ from steadyload.layouts.packers.plan import (
 )
 from steadyload.layouts.record import FormatError, Record, Refused, shown
 from steadyload.layouts.sources import decoded, opened_source, read_rest
-from steadyload.layouts.units import UNITS, WEIGHT_UNITS
 
 HEADER = "TYPE,ID,COPIES,BIN,"
 """Beginning of every certificate."""

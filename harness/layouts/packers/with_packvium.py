@@ -19,7 +19,7 @@ from steadyload.layouts.limits import (
     MAX_LAYOUTS,
     MAX_TEXT_LENGTH,
 )
-from steadyload.layouts.model import LayoutError, Vector
+from steadyload.layouts.model.layout import LayoutError, Vector
 from steadyload.layouts.packers.plan import Bin, Order, Placed, Plan, PlanError, plan, stated
 from steadyload.layouts.record import FormatError, Record, Refused, shown
 from steadyload.layouts.sources import opened_source

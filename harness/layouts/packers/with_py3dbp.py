@@ -10,7 +10,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any, Literal
 
-from steadyload.layouts.model import Vector
+from steadyload.layouts.model.layout import Vector
+from steadyload.layouts.model.units import UNITS, WEIGHT_UNITS
 from steadyload.layouts.packers.plan import (
     Bin,
     Order,
@@ -20,7 +21,6 @@ from steadyload.layouts.packers.plan import (
     factor,
     plan,
 )
-from steadyload.layouts.units import UNITS, WEIGHT_UNITS
 
 
 def from_py3dbp(

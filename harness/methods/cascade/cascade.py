@@ -20,8 +20,8 @@ from functools import cached_property
 from pathlib import Path
 
 from steadyload.engines.quantities import quantity
-from steadyload.layouts.model import Layout
-from steadyload.layouts.question import Question
+from steadyload.layouts.model.layout import Layout
+from steadyload.layouts.model.question import Question
 from steadyload.methods.cascade.thresholds import (
     FILE,
     Ladder,

@@ -22,7 +22,7 @@ from steadyload.atomic import (
     write_atomically,
 )
 from steadyload.escaping import printable
-from steadyload.layouts.question import Question, with_question
+from steadyload.layouts.model.question import Question, with_question
 from steadyload.methods.contract.method import Method
 from steadyload.methods.contract.spec import SpecError, stored_values
 from steadyload.reading import MAX_STORED_BYTES, content_of, json_of

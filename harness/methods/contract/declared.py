@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 from steadyload.engines.world import GRAVITY
-from steadyload.layouts.question import Question
+from steadyload.layouts.model.question import Question
 
 _ANY = (0.0, math.inf)
 

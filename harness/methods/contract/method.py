@@ -11,9 +11,9 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from steadyload.layouts.batch import LayoutBatch
-from steadyload.layouts.growing import GrowingLayout
-from steadyload.layouts.model import FloatArray, Item, Layout
+from steadyload.layouts.model.batch import LayoutBatch
+from steadyload.layouts.model.growing import GrowingLayout
+from steadyload.layouts.model.layout import FloatArray, Item, Layout
 from steadyload.methods.contract.declared import EVERY_LAYOUT, LayoutRange, MovementLimits
 from steadyload.methods.contract.spec import MethodSpec, SpecError
 from steadyload.methods.contract.stopwatch import Phase as Phase

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from steadyload.layouts.batch import LayoutBatch
-from steadyload.layouts.frame import Frame
-from steadyload.layouts.model import Layout
+from steadyload.layouts.model.batch import LayoutBatch
+from steadyload.layouts.model.frame import Frame
+from steadyload.layouts.model.layout import Layout
 from steadyload.methods.contract.stopwatch import Seconds
 from steadyload.notebook import ShownInNotebook
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from steadyload.layouts.model import Item, Layout, Pallet
+from steadyload.layouts.model.layout import Item, Layout, Pallet
 from steadyload.methods.contract.method import Method
 
 

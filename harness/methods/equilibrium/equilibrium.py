@@ -16,11 +16,11 @@ from steadyload.engines.attitudes import cross
 from steadyload.engines.quantities import quantity
 from steadyload.engines.world import GRAVITY
 from steadyload.kernels.constants import BALANCED, UNBALANCED, UNRESOLVED
-from steadyload.layouts.batch import LayoutBatch
-from steadyload.layouts.contacts import VERSION as CONTACTS
-from steadyload.layouts.contacts import find_supports
-from steadyload.layouts.growing import GrowingLayout
-from steadyload.layouts.model import TOLERANCE, Arrangement, FloatArray, Layout
+from steadyload.layouts.model.batch import LayoutBatch
+from steadyload.layouts.model.contacts import VERSION as CONTACTS
+from steadyload.layouts.model.contacts import find_supports
+from steadyload.layouts.model.growing import GrowingLayout
+from steadyload.layouts.model.layout import TOLERANCE, Arrangement, FloatArray, Layout
 from steadyload.methods.contract.declared import MovementLimits
 from steadyload.methods.contract.method import (
     STABLE,

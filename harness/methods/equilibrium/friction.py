@@ -7,7 +7,7 @@ from enum import StrEnum
 
 import numpy as np
 
-from steadyload.layouts.model import TOLERANCE, Arrangement, FloatArray
+from steadyload.layouts.model.layout import TOLERANCE, Arrangement, FloatArray
 from steadyload.methods.equilibrium.balance import EDGE
 from steadyload.methods.equilibrium.least_squares import nonnegative_least_squares
 from steadyload.methods.equilibrium.resolution import is_balanced, unresolved

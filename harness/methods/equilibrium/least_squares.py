@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from steadyload import kernels
-from steadyload.layouts.model import FloatArray
+from steadyload.layouts.model.layout import FloatArray
 
 
 def nonnegative_least_squares(

@@ -14,8 +14,8 @@ import numpy as np
 from scipy.optimize import linprog
 
 from steadyload.bearing.corners import corner_columns
-from steadyload.layouts.contacts import FLOOR, Patch, find_contacts
-from steadyload.layouts.model import FloatArray, Layout
+from steadyload.layouts.model.contacts import FLOOR, Patch, find_contacts
+from steadyload.layouts.model.layout import FloatArray, Layout
 from steadyload.methods.equilibrium.balance import solve
 from steadyload.methods.equilibrium.resolution import fastest
 

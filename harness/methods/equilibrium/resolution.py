@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from steadyload.kernels.constants import NOISE, TIE
-from steadyload.layouts.model import FloatArray
+from steadyload.layouts.model.layout import FloatArray
 
 
 class UnresolvedError(RuntimeError):

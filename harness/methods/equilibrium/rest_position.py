@@ -22,7 +22,7 @@ from scipy.optimize import Bounds, LinearConstraint, milp
 from scipy.sparse import csc_array, csr_array
 
 from steadyload.kernels.constants import FLOOR
-from steadyload.layouts.model import TOLERANCE, FloatArray, Layout
+from steadyload.layouts.model.layout import TOLERANCE, FloatArray, Layout
 from steadyload.methods.simulation.criteria import Movement
 
 VERSION = 1

@@ -12,9 +12,9 @@ import numpy as np
 from steadyload import kernels
 from steadyload.engines.quantities import quantity
 from steadyload.kernels.constants import BALANCED
-from steadyload.layouts.contacts import VERSION as CONTACTS
-from steadyload.layouts.contacts import find_supports
-from steadyload.layouts.model import Layout
+from steadyload.layouts.model.contacts import VERSION as CONTACTS
+from steadyload.layouts.model.contacts import find_supports
+from steadyload.layouts.model.layout import Layout
 from steadyload.methods.contract.declared import MovementLimits
 from steadyload.methods.contract.method import (
     STABLE,

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from steadyload.engines.attitudes import cross
-from steadyload.layouts.floor import Surface
-from steadyload.layouts.model import TOLERANCE, Arrangement, FloatArray
+from steadyload.layouts.model.floor import Surface
+from steadyload.layouts.model.layout import TOLERANCE, Arrangement, FloatArray
 
 Indices = NDArray[np.intp]
 

@@ -11,11 +11,11 @@ import numpy as np
 from steadyload import kernels
 from steadyload.engines.quantities import quantity
 from steadyload.kernels.constants import ROUNDING
-from steadyload.layouts.batch import LayoutBatch
-from steadyload.layouts.contacts import VERSION as CONTACTS
-from steadyload.layouts.contacts import Contacts, find_contacts
-from steadyload.layouts.growing import GrowingLayout
-from steadyload.layouts.model import FloatArray, Layout
+from steadyload.layouts.model.batch import LayoutBatch
+from steadyload.layouts.model.contacts import VERSION as CONTACTS
+from steadyload.layouts.model.contacts import Contacts, find_contacts
+from steadyload.layouts.model.growing import GrowingLayout
+from steadyload.layouts.model.layout import FloatArray, Layout
 from steadyload.methods.contract.method import (
     STABLE,
     BatchVerdicts,

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from steadyload import kernels
 from steadyload.kernels.constants import FAILS, STANDS, UNRESOLVED
-from steadyload.layouts.growing import GrowingLayout, Rule
-from steadyload.layouts.model import FloatArray, Item
+from steadyload.layouts.model.growing import GrowingLayout, Rule
+from steadyload.layouts.model.layout import FloatArray, Item
 from steadyload.methods.contract.method import STABLE, Finding, Loader, Stopwatch
 
 

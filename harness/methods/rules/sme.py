@@ -8,10 +8,10 @@ from collections.abc import Mapping
 from typing import ClassVar
 
 from steadyload import kernels
-from steadyload.layouts.batch import LayoutBatch
-from steadyload.layouts.contacts import VERSION as CONTACTS
-from steadyload.layouts.growing import GrowingLayout
-from steadyload.layouts.model import Layout
+from steadyload.layouts.model.batch import LayoutBatch
+from steadyload.layouts.model.contacts import VERSION as CONTACTS
+from steadyload.layouts.model.growing import GrowingLayout
+from steadyload.layouts.model.layout import Layout
 from steadyload.methods.contract.method import (
     STABLE,
     BatchVerdicts,

@@ -14,8 +14,8 @@ import numpy as np
 
 from steadyload.engines.world import EngineError, FixedStepWorld, FloatArray, Poses
 from steadyload.errors import UserError
-from steadyload.layouts.model import Layout
-from steadyload.layouts.naming import with_ids
+from steadyload.layouts.model.layout import Layout
+from steadyload.layouts.model.naming import with_ids
 from steadyload.methods.cascade.cascade import Cascade
 from steadyload.methods.contract.method import Finding, Method, Status, Stopwatch, Verdict
 from steadyload.methods.simulation.criteria import Indices, Movement

@@ -14,8 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from steadyload.bearing.crushing import crushed_by_now
 from steadyload.errors import UserError
-from steadyload.layouts.growing import GrowingLayout, numbered
-from steadyload.layouts.model import Item, Layout, LayoutError, Pallet
+from steadyload.layouts.model.growing import GrowingLayout, numbered
+from steadyload.layouts.model.layout import Item, Layout, LayoutError, Pallet
 from steadyload.methods.contract.method import (
     STABLE,
     Finding,

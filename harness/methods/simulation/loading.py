@@ -9,10 +9,10 @@ import numpy as np
 
 from steadyload.engines.registry import world_class
 from steadyload.engines.world import Box
-from steadyload.layouts.contacts import Contacts, find_contacts
-from steadyload.layouts.floor import INFINITE
-from steadyload.layouts.growing import GrowingLayout
-from steadyload.layouts.model import Arrangement, Layout
+from steadyload.layouts.model.contacts import Contacts, find_contacts
+from steadyload.layouts.model.floor import INFINITE
+from steadyload.layouts.model.growing import GrowingLayout
+from steadyload.layouts.model.layout import Arrangement, Layout
 from steadyload.methods.contract.method import STABLE, Finding, RefusedError, Stopwatch
 from steadyload.methods.simulation.criteria import Examiner, Indices
 from steadyload.methods.simulation.moving import MovingItems

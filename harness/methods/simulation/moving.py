@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from steadyload import kernels
 from steadyload.engines.attitudes import rotate
 from steadyload.kernels.constants import UNBALANCED, UNRESOLVED
-from steadyload.layouts.model import FloatArray, Layout
+from steadyload.layouts.model.layout import FloatArray, Layout
 from steadyload.methods.contract.method import Finding
 from steadyload.methods.simulation.criteria import Indices
 from steadyload.methods.simulation.placements import Placements

@@ -9,7 +9,7 @@ import numpy as np
 
 from steadyload.engines.registry import open_world
 from steadyload.engines.world import Box, FixedStepWorld, FloatArray, Poses, WorldSettings
-from steadyload.layouts.question import Question
+from steadyload.layouts.model.question import Question
 from steadyload.methods.contract.method import Effort, Finding, Phase, Status, Stopwatch
 from steadyload.methods.simulation.criteria import Examiner, Indices
 from steadyload.methods.simulation.scene import Neighbourhood

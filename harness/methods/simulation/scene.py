@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from steadyload.engines.world import Box, Poses
-from steadyload.layouts.contacts import Contacts
-from steadyload.layouts.model import TOLERANCE, Arrangement, FloatArray
+from steadyload.layouts.model.contacts import Contacts
+from steadyload.layouts.model.layout import TOLERANCE, Arrangement, FloatArray
 
 VERSION = 1
 """Of boxes, groups and neighbourhoods: raised when engines are given others."""

@@ -10,10 +10,10 @@ from typing import Any, ClassVar
 from steadyload.engines.registry import numerics, world_class
 from steadyload.engines.world import VERSION as WORLD
 from steadyload.engines.world import EngineError
-from steadyload.layouts.contacts import VERSION as CONTACTS
-from steadyload.layouts.growing import GrowingLayout
-from steadyload.layouts.model import Layout
-from steadyload.layouts.question import Question
+from steadyload.layouts.model.contacts import VERSION as CONTACTS
+from steadyload.layouts.model.growing import GrowingLayout
+from steadyload.layouts.model.layout import Layout
+from steadyload.layouts.model.question import Question
 from steadyload.methods.contract.declared import MovementLimits
 from steadyload.methods.contract.method import (
     Effort,

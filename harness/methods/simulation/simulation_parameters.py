@@ -12,7 +12,7 @@ from types import MappingProxyType
 from steadyload.engines.quantities import quantity
 from steadyload.engines.registry import engine_options
 from steadyload.engines.world import SETTINGS, BroadPhase, WorldSettings
-from steadyload.layouts.question import Question
+from steadyload.layouts.model.question import Question
 from steadyload.methods.simulation.criteria import Criterion
 
 STILL = 1e-2

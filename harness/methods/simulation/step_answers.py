@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from steadyload.engines.world import Box, EngineError, FloatArray, Poses
-from steadyload.layouts.model import Layout
-from steadyload.layouts.question import Question
+from steadyload.layouts.model.layout import Layout
+from steadyload.layouts.model.question import Question
 from steadyload.methods.contract.method import Finding, Status, Stopwatch
 from steadyload.methods.simulation.criteria import Criterion, Examiner, Indices
 from steadyload.methods.simulation.loading import Loading

@@ -13,7 +13,7 @@ from steadyload.labelling.both_labels import QuestionShares, question_shares
 from steadyload.layouts.benchmark.confidence import ENSEMBLE, Reason, agrees
 from steadyload.layouts.benchmark.dataset import HELD_OUT, KEYS, SPLITS, Benchmark
 from steadyload.layouts.benchmark.tables import BenchmarkError
-from steadyload.layouts.scenarios import Scenario
+from steadyload.layouts.model.scenarios import Scenario
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import mean, share
 

@@ -17,7 +17,7 @@ from steadyload.config import bind
 from steadyload.errors import nearest
 from steadyload.layouts.benchmark import UNLEARNT, Part
 from steadyload.layouts.benchmark.dataset import set_named
-from steadyload.layouts.model import Layout
+from steadyload.layouts.model.layout import Layout
 from steadyload.methods.cascade.cascade import Cascade, Decision
 from steadyload.methods.cascade.thresholds import Ladder
 from steadyload.methods.naming import MethodKey, method_key

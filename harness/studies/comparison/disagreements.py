@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from steadyload.layouts.model import Layout
-from steadyload.layouts.naming import box_id
+from steadyload.layouts.model.layout import Layout
+from steadyload.layouts.model.naming import box_id
 from steadyload.runs.answers import LABEL, judged_layouts
 from steadyload.runs.judged import JudgedCases
 

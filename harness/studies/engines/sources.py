@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from steadyload.layouts.benchmark.dataset import LISTS, REAL, set_named
-from steadyload.layouts.question import Question, with_question
+from steadyload.layouts.model.question import Question, with_question
 from steadyload.methods.registry import make_method
 from steadyload.methods.tuned import TUNED, tuned_engines
 from steadyload.runs.definition import StudyDefinition

@@ -11,7 +11,7 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from steadyload.layouts.model import Layout
+from steadyload.layouts.model.layout import Layout
 from steadyload.learners import LearnerError
 from steadyload.methods.contract.method import Method
 from steadyload.methods.registry import make_method

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from steadyload.layouts.model import Layout
+from steadyload.layouts.model.layout import Layout
 from steadyload.learners.methods import LearnedMethod
 from steadyload.learners.plans.plan import ForeignPlan
 from steadyload.learners.ranges import QUANTITIES, SLACK, extent_of

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from enum import StrEnum
 
-from steadyload.layouts.contacts import find_supports
-from steadyload.layouts.footing import gaps, largest
-from steadyload.layouts.model import Layout
+from steadyload.layouts.model.contacts import find_supports
+from steadyload.layouts.model.footing import gaps, largest
+from steadyload.layouts.model.layout import Layout
 from steadyload.methods.equilibrium.balance import VerticalBalance, solve
 
 

@@ -13,9 +13,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from steadyload.layouts.floor import FloorKind
-from steadyload.layouts.item import Item
-from steadyload.layouts.model import Layout
+from steadyload.layouts.model.floor import FloorKind
+from steadyload.layouts.model.item import Item
+from steadyload.layouts.model.layout import Layout
 
 _TIME, _FREQUENCY, _DISTANCE = 0.3, 480.0, 10.0
 """Of the label: seconds a placement, substeps a second, threshold [cm]."""

@@ -22,7 +22,7 @@ from steadyload.atomic import not_a_link, without_link
 from steadyload.engines.registry import engine_names, engines, package_versions
 from steadyload.errors import nearest
 from steadyload.layouts.formats import Format, write_layouts
-from steadyload.layouts.model import Layout
+from steadyload.layouts.model.layout import Layout
 from steadyload.layouts.readers import read_json
 from steadyload.layouts.record import Record, to_layout
 from steadyload.layouts.writers import as_native

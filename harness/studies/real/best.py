@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from steadyload.layouts.question import Question
+from steadyload.layouts.model.question import Question
 from steadyload.methods.naming import MethodKey
 from steadyload.runs.able import asked_question
 from steadyload.runs.comparison import compared

@@ -9,8 +9,8 @@ import numpy as np
 import pandas as pd
 
 from steadyload.layouts.benchmark.real import PALLET_SOFTWARE
-from steadyload.layouts.question import Question
-from steadyload.layouts.scenarios import Scenario
+from steadyload.layouts.model.question import Question
+from steadyload.layouts.model.scenarios import Scenario
 from steadyload.runs.judged import JudgedCases
 from steadyload.statistics.clusters import Labels
 from steadyload.statistics.estimate import Estimate

@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from steadyload.layouts.question import Question
+from steadyload.layouts.model.question import Question
 from steadyload.reports.charts.drawing import PLAIN_TICKS, reach
 from steadyload.reports.style import colour, face, marker
 from steadyload.studies.real.summary import CONSTANT, Growth, SizeGroup

@@ -9,7 +9,7 @@ from pathlib import Path
 from steadyload.app.recommend.front import SIZES, Front, FrontError
 from steadyload.app.recommend.kept import NAME, SPATIAL, load_fronts
 from steadyload.app.recommend.measured import front_of
-from steadyload.layouts.question import Question
+from steadyload.layouts.model.question import Question
 from steadyload.runs.evaluation import evaluate
 from steadyload.runs.judged import load_judged, manifest_lines
 from steadyload.statistics.metrics import median

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from steadyload.layouts.question import Question
+from steadyload.layouts.model.question import Question
 from steadyload.reports.page import Page, Picture, Section
 from steadyload.reports.table import (
     MISSING,

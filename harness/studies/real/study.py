@@ -15,10 +15,10 @@ from steadyload.atomic import without_link
 from steadyload.layouts.benchmark import Benchmark, load_benchmark
 from steadyload.layouts.benchmark.dataset import set_named
 from steadyload.layouts.benchmark.real import PALLET_SOFTWARE
-from steadyload.layouts.floor import FloorKind
 from steadyload.layouts.formats import Format, write_layouts
-from steadyload.layouts.question import Question, with_question
-from steadyload.layouts.scenarios import Scenario
+from steadyload.layouts.model.floor import FloorKind
+from steadyload.layouts.model.question import Question, with_question
+from steadyload.layouts.model.scenarios import Scenario
 from steadyload.methods.tuned import TUNED, tuned_engines
 from steadyload.runs.able import able_methods
 from steadyload.runs.definition import StudyDefinition, StudyError

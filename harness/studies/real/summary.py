@@ -12,7 +12,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from steadyload.layouts.benchmark import Benchmark, BenchmarkError
-from steadyload.layouts.question import Question
+from steadyload.layouts.model.question import Question
 from steadyload.methods.contract.method import Status
 from steadyload.methods.naming import MethodKey
 from steadyload.runs.able import asked_question

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from steadyload.layouts.model import FloatArray, Layout
+from steadyload.layouts.model.layout import FloatArray, Layout
 
 
 class Memoriser:

@@ -15,7 +15,7 @@ import pyarrow as pa
 import torch
 from numpy.typing import NDArray
 
-from steadyload.layouts.model import Layout
+from steadyload.layouts.model.layout import Layout
 from steadyload.learners.features import Array32, FeatureKind, features
 from steadyload.learners.inference import Network
 from steadyload.learners.options import TrainingOptions, options_from, training_preset

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from steadyload.errors import UserError
 from steadyload.labelling.paper_labels import Labels, content_of
 from steadyload.layouts.benchmark.paper_files import PaperFiles
-from steadyload.layouts.scenarios import Scenario
+from steadyload.layouts.model.scenarios import Scenario
 
 Mask = NDArray[np.bool_]
 

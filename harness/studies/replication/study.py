@@ -15,7 +15,7 @@ from steadyload.layouts.benchmark import Part
 from steadyload.layouts.benchmark.dataset import row_of, stored_offsets
 from steadyload.layouts.benchmark.paper_files import FileOptions, PaperFiles, make_files
 from steadyload.layouts.benchmark.tables import CASES, OPINIONS, write_tables
-from steadyload.layouts.model import Layout
+from steadyload.layouts.model.layout import Layout
 from steadyload.learners.features import FeatureKind
 from steadyload.learners.options import TrainingOptions
 from steadyload.runs.able import able_methods

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from steadyload.layouts.scenarios import Scenario
+from steadyload.layouts.model.scenarios import Scenario
 from steadyload.methods.registry import make_method
 from steadyload.runs.accuracy import accuracy_of_seeds
 from steadyload.runs.comparison import difference

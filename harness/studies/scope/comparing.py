@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 
 from steadyload.layouts.benchmark import Benchmark, BenchmarkError, Part
-from steadyload.layouts.question import Question
+from steadyload.layouts.model.question import Question
 from steadyload.methods.contract.method import Status
 from steadyload.methods.naming import MethodKey
 from steadyload.methods.registry import make_method

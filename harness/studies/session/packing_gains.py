@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from steadyload.layouts.heuristics import HEURISTICS, Heuristic
-from steadyload.layouts.model import Layout
+from steadyload.layouts.model.layout import Layout
 from steadyload.layouts.packing import ITEM_CLASSES, make_instance
 from steadyload.methods.contract.method import Method, Verdict
 from steadyload.methods.naming import MethodKey, method_key

@@ -7,7 +7,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 
 from steadyload.layouts.heuristics import Heuristic, pack_bins
-from steadyload.layouts.model import Item, Layout
+from steadyload.layouts.model.layout import Item, Layout
 from steadyload.layouts.packing import Instance, WeightRule, packed_item, source_name
 from steadyload.layouts.spaces import Space
 from steadyload.methods.contract.method import Method

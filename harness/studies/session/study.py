@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from steadyload.layouts.model import Item, Layout, Pallet
+from steadyload.layouts.model.layout import Item, Layout, Pallet
 from steadyload.layouts.packing import random_boxes
 from steadyload.methods.contract.method import Method
 from steadyload.methods.naming import MethodKey, method_key

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from steadyload.layouts.model import Layout
+from steadyload.layouts.model.layout import Layout
 from steadyload.methods.contract.method import Method, Status
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.growth import exponent

@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from steadyload.layouts.batch import LayoutBatch
-from steadyload.layouts.model import Item, Layout
+from steadyload.layouts.model.batch import LayoutBatch
+from steadyload.layouts.model.layout import Item, Layout
 from steadyload.methods.contract.method import Method, NotBatchedError, verdict_by
 from steadyload.methods.contract.verdict import STABLE
 from steadyload.methods.session.session import LoadingSession

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from steadyload.layouts.model import Layout
+from steadyload.layouts.model.layout import Layout
 from steadyload.methods.contract.method import Method, Trait
 from steadyload.statistics.metrics import ratio
 from steadyload.studies.speed.records import StepShares

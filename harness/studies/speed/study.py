@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numba
 
-from steadyload.layouts.model import Layout
+from steadyload.layouts.model.layout import Layout
 from steadyload.methods.contract.method import Method, Status
 from steadyload.methods.registry import make_method
 from steadyload.runs.provenance import machine_kind, provenance, provenance_lines, source_line

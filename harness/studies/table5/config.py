@@ -27,7 +27,7 @@ class Table5Config:
         "whose labels and methods the page shows, within or stands (default: within); those of "
         "both are judged",
         metavar="QUESTION",
-        choices="steadyload.layouts.question:Question",
+        choices="steadyload.layouts.model.question:Question",
     )
     limit: int | None = option(None, "only the first N cases a scenario", least=2)
     timed: int = option(
@@ -43,7 +43,7 @@ class Table5Config:
 
     def options(self) -> Table5Options:
         """The options of the study, with the methods that can judge and reasons for the others."""
-        from steadyload.layouts.question import Question
+        from steadyload.layouts.model.question import Question
         from steadyload.studies.table5.study import Table5Options
 
         return Table5Options(

@@ -12,7 +12,7 @@ import pandas as pd
 from steadyload.app.recommend.kept import SPATIAL
 from steadyload.engines.registry import EngineNotInstalledError, capabilities, engines_here
 from steadyload.layouts.benchmark.dataset import KEYS, PLANAR, set_named
-from steadyload.layouts.question import Question, with_question
+from steadyload.layouts.model.question import Question, with_question
 from steadyload.methods.contract.method import Status
 from steadyload.methods.contract.spec import parse_spec
 from steadyload.methods.registry import METHODS, method_class

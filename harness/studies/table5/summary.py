@@ -18,7 +18,7 @@ from steadyload.app.recommend.kept import NAME, load_fronts, merged, write_front
 from steadyload.app.recommend.measured import front_of
 from steadyload.layouts.benchmark import Benchmark, load_benchmark
 from steadyload.layouts.benchmark.dataset import KEYS
-from steadyload.layouts.question import Question
+from steadyload.layouts.model.question import Question
 from steadyload.methods.contract.spec import as_plain
 from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.registry import make_method

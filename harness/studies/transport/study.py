@@ -13,8 +13,8 @@ from steadyload.app.recommend.front import best, front_for
 from steadyload.app.recommend.kept import load_fronts
 from steadyload.layouts.benchmark import REAL, Part, load_benchmark
 from steadyload.layouts.benchmark.dataset import LISTS
-from steadyload.layouts.model import Layout
-from steadyload.layouts.question import Question
+from steadyload.layouts.model.layout import Layout
+from steadyload.layouts.model.question import Question
 from steadyload.methods.contract.spec import parse_spec
 from steadyload.methods.registry import make_method
 from steadyload.methods.tuned import TUNED

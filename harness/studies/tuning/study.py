@@ -10,7 +10,7 @@ from typing import Any
 
 from steadyload.engines.registry import capabilities
 from steadyload.layouts.benchmark import PLANAR, Part
-from steadyload.layouts.question import Question
+from steadyload.layouts.model.question import Question
 from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.registry import make_method
 from steadyload.methods.tuned import TUNED, tuned

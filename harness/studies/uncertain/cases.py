@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from steadyload.layouts.model import Layout
+from steadyload.layouts.model.layout import Layout
 from steadyload.methods.contract.method import Method, Status, judge
 from steadyload.methods.registry import make_method
 from steadyload.methods.uncertainty import (

@@ -15,7 +15,7 @@ import pandas as pd
 
 from steadyload.engines.registry import package_versions
 from steadyload.layouts.benchmark import Benchmark, Part, load_benchmark
-from steadyload.layouts.model import Layout
+from steadyload.layouts.model.layout import Layout
 from steadyload.methods.registry import make_method
 from steadyload.methods.uncertainty import parse_uncertainty
 from steadyload.runs import verdict_reliability

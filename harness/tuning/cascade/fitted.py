@@ -12,7 +12,7 @@ import numpy as np
 from steadyload.engines.registry import capabilities, engines
 from steadyload.errors import nearest
 from steadyload.layouts.benchmark import CHOOSING, PLANAR, Part, load_benchmark
-from steadyload.layouts.question import Question, with_question
+from steadyload.layouts.model.question import Question, with_question
 from steadyload.methods.cascade.thresholds import Ladder, Stage, Thresholds, fingerprint
 from steadyload.methods.contract.spec import SpecError
 from steadyload.methods.registry import make_method

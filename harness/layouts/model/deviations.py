@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 
-from steadyload.layouts.model import (
+from steadyload.layouts.model.layout import (
     SIDES,
     TOLERANCE,
     WEIGHTS,

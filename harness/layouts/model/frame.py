@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from steadyload.layouts.units import UNITS, WEIGHT_UNITS
+from steadyload.layouts.model.units import UNITS, WEIGHT_UNITS
 
 _DECIMALS = {"mm": 0, "cm": 1, "m": 3, "in": 2}
 """Of a length; one more tells 0.1 mm apart, the tolerance."""

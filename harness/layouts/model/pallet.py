@@ -6,10 +6,17 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from steadyload.layouts.checks import FloatArray, is_number
-from steadyload.layouts.floor import DECK_HEIGHT, INFINITE, OVERHANG, Floor, FloorError, FloorKind
-from steadyload.layouts.frame import Length, Part, SideName
-from steadyload.layouts.item import SIDES, LayoutError, Vector, length_refused, not_a_number
+from steadyload.layouts.model.checks import FloatArray, is_number
+from steadyload.layouts.model.floor import (
+    DECK_HEIGHT,
+    INFINITE,
+    OVERHANG,
+    Floor,
+    FloorError,
+    FloorKind,
+)
+from steadyload.layouts.model.frame import Length, Part, SideName
+from steadyload.layouts.model.item import SIDES, LayoutError, Vector, length_refused, not_a_number
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,7 +29,7 @@ class Pallet:
         depth: of the deck, along z [cm], positive.
         overhang: how far items may stand out over the edges of the deck [cm], 0 or more.
         deck_height: of the deck above the ground [cm], positive.
-        floor: what the items stand on; see :class:`steadyload.layouts.floor.FloorKind`.
+        floor: what the items stand on; see :class:`steadyload.layouts.model.floor.FloorKind`.
 
     Raises:
         LayoutError: a side is outside :data:`SIDES`, or another value is not allowed.

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from steadyload.layouts.model import TOLERANCE, Layout, replace_items
+from steadyload.layouts.model.layout import TOLERANCE, Layout, replace_items
 from steadyload.numbers import number_within
 
 SNAP_GAP = 0.5

@@ -16,17 +16,17 @@ import numpy as np
 from steadyload.escaping import shown
 from steadyload.kernels.constants import STATED_TOLERANCE
 from steadyload.kernels.constants import TOLERANCE as TOLERANCE
-from steadyload.layouts.checks import FloatArray as FloatArray
-from steadyload.layouts.checks import digest_of, unprintable
-from steadyload.layouts.floor import Floor, FloorKind
-from steadyload.layouts.frame import AxisName, Length, Part
-from steadyload.layouts.item import SIDES as SIDES
-from steadyload.layouts.item import WEIGHTS as WEIGHTS
-from steadyload.layouts.item import Item as Item
-from steadyload.layouts.item import LayoutError as LayoutError
-from steadyload.layouts.item import Vector as Vector
-from steadyload.layouts.overlaps import deepest_overlap
-from steadyload.layouts.pallet import Pallet as Pallet
+from steadyload.layouts.model.checks import FloatArray as FloatArray
+from steadyload.layouts.model.checks import digest_of, unprintable
+from steadyload.layouts.model.floor import Floor, FloorKind
+from steadyload.layouts.model.frame import AxisName, Length, Part
+from steadyload.layouts.model.item import SIDES as SIDES
+from steadyload.layouts.model.item import WEIGHTS as WEIGHTS
+from steadyload.layouts.model.item import Item as Item
+from steadyload.layouts.model.item import LayoutError as LayoutError
+from steadyload.layouts.model.item import Vector as Vector
+from steadyload.layouts.model.overlaps import deepest_overlap
+from steadyload.layouts.model.pallet import Pallet as Pallet
 from steadyload.notebook import ShownInNotebook
 
 WITHIN: tuple[Part, ...] = (" (+-", Length(STATED_TOLERANCE, bare=True), ")")
@@ -84,8 +84,8 @@ class Layout(ShownInNotebook):
         sizes: width, height, depth of items as placed [cm], shape (J, 3).
         weights: [kg], shape (J,). mass_offsets: [cm], shape (J, 3).
 
-    The arrays are read-only. A layout of a :class:`~steadyload.layouts.batch.LayoutBatch` is a view
-    on those of the batch; its items are made when they are asked for.
+    The arrays are read-only. A layout of a :class:`~steadyload.layouts.model.batch.LayoutBatch` is
+    a view on those of the batch; its items are made when they are asked for.
 
     Raises:
         LayoutError: no items, sequence numbers with gaps or duplicates, items that overlap by more

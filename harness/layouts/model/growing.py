@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from steadyload import kernels
 from steadyload.kernels.constants import FULL, OUTSIDE, OVERLAPS, STANDS
-from steadyload.layouts.contacts import Patch, Supports
-from steadyload.layouts.floor import Floor, FloorKind
-from steadyload.layouts.model import (
+from steadyload.layouts.model.contacts import Patch, Supports
+from steadyload.layouts.model.floor import Floor, FloorKind
+from steadyload.layouts.model.layout import (
     TOLERANCE,
     FloatArray,
     Item,

@@ -6,7 +6,7 @@ from enum import StrEnum
 
 import numpy as np
 
-from steadyload.layouts.model import Layout
+from steadyload.layouts.model.layout import Layout
 
 _REACH = 0.8
 """The centre of mass stays within this share of every side."""

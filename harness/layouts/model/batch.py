@@ -10,7 +10,7 @@ from typing import Any, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from steadyload.layouts.batch_checks import (
+from steadyload.layouts.model.batch_checks import (
     Pallets,
     checked_array,
     checked_names,
@@ -19,8 +19,8 @@ from steadyload.layouts.batch_checks import (
     is_valid,
     refuse_unnamed,
 )
-from steadyload.layouts.floor import INFINITE
-from steadyload.layouts.model import ARRAYS, FloatArray, Layout, LayoutError, Pallet, view_on
+from steadyload.layouts.model.floor import INFINITE
+from steadyload.layouts.model.layout import ARRAYS, FloatArray, Layout, LayoutError, Pallet, view_on
 
 
 @dataclass(frozen=True, eq=False)

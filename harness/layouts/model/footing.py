@@ -11,10 +11,10 @@ from enum import StrEnum
 
 import numpy as np
 
-from steadyload.layouts.contacts import FLOOR, Patch, Supports, find_supports
-from steadyload.layouts.frame import Frame
-from steadyload.layouts.model import TOLERANCE, Layout
-from steadyload.layouts.naming import box_label
+from steadyload.layouts.model.contacts import FLOOR, Patch, Supports, find_supports
+from steadyload.layouts.model.frame import Frame
+from steadyload.layouts.model.layout import TOLERANCE, Layout
+from steadyload.layouts.model.naming import box_label
 
 
 class Side(StrEnum):

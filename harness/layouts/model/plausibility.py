@@ -11,9 +11,9 @@ from decimal import Decimal
 import numpy as np
 
 from steadyload.escaping import printable
-from steadyload.layouts.checks import SHOWN
-from steadyload.layouts.frame import Frame
-from steadyload.layouts.model import Layout
+from steadyload.layouts.model.checks import SHOWN
+from steadyload.layouts.model.frame import Frame
+from steadyload.layouts.model.layout import Layout
 
 DENSITIES = (0.0015, 12.0)
 """Plausible mean densities of a load [kg per litre]."""

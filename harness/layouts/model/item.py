@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 from steadyload.errors import UserError
 from steadyload.escaping import printable, sentence, shown
-from steadyload.layouts.checks import SHOWN, is_number, is_vector, unprintable
-from steadyload.layouts.frame import (
+from steadyload.layouts.model.checks import SHOWN, is_number, is_vector, unprintable
+from steadyload.layouts.model.frame import (
     AxisName,
     Frame,
     Length,
@@ -18,7 +18,7 @@ from steadyload.layouts.frame import (
     Weight,
     worded,
 )
-from steadyload.layouts.naming import box_label
+from steadyload.layouts.model.naming import box_label
 
 Vector = tuple[float, float, float]
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from steadyload import kernels
 from steadyload.kernels.constants import FLOOR as FLOOR
-from steadyload.layouts.model import TOLERANCE, Arrangement, FloatArray
+from steadyload.layouts.model.layout import TOLERANCE, Arrangement, FloatArray
 
 VERSION = 1
 """Of contacts, supports and layouts that grow: raised when others are found."""

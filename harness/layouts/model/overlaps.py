@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from steadyload.kernels.constants import TOLERANCE
-from steadyload.layouts.checks import FloatArray
+from steadyload.layouts.model.checks import FloatArray
 
 _BLOCK = 256
 """Items of a large layout that are compared with all at a time."""

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from steadyload.layouts.checks import unprintable
-from steadyload.layouts.model import (
+from steadyload.layouts.model.checks import unprintable
+from steadyload.layouts.model.layout import (
     SIDES,
     TOLERANCE,
     WEIGHTS,
@@ -23,7 +23,7 @@ from steadyload.layouts.model import (
     LayoutError,
     Pallet,
 )
-from steadyload.layouts.overlaps import deepest_overlap, with_overlaps
+from steadyload.layouts.model.overlaps import deepest_overlap, with_overlaps
 
 _PLAN = (0, 2)
 """The horizontal axes."""
