@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from steadyload.app.viewing import write_view as view
     from steadyload.layouts.batch_files import read_batch as read_batch
     from steadyload.layouts.benchmark import load_benchmark as load_benchmark
-    from steadyload.layouts.dialect import Dialect as Dialect
-    from steadyload.layouts.dialect import load_profile as load_profile
+    from steadyload.layouts.files.dialect import Dialect as Dialect
+    from steadyload.layouts.files.dialect import load_profile as load_profile
     from steadyload.layouts.formats import read_layouts as read
     from steadyload.layouts.model.batch import LayoutBatch as LayoutBatch
     from steadyload.layouts.model.layout import Item as Item
@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     __version__: str
 
 _PUBLIC = {
-    "Dialect": "steadyload.layouts.dialect:Dialect",
+    "Dialect": "steadyload.layouts.files.dialect:Dialect",
     "Item": "steadyload.layouts.model.layout:Item",
     "Layout": "steadyload.layouts.model.layout:Layout",
     "LayoutBatch": "steadyload.layouts.model.batch:LayoutBatch",
@@ -56,7 +56,7 @@ _PUBLIC = {
     "from_packvium": "steadyload.layouts.packers.with_packvium:from_packvium",
     "from_py3dbp": "steadyload.layouts.packers.with_py3dbp:from_py3dbp",
     "load_benchmark": "steadyload.layouts.benchmark:load_benchmark",
-    "load_profile": "steadyload.layouts.dialect:load_profile",
+    "load_profile": "steadyload.layouts.files.dialect:load_profile",
     "load_results": "steadyload.runs.results:load_results",
     "make_method": "steadyload.methods.registry:make_method",
     "read": "steadyload.layouts.formats:read_layouts",

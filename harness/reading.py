@@ -2,7 +2,7 @@
 
 The size of a file is looked at before it is read. A device or a pipe does not know its size, so
 that no more is read of it than is allowed. Layout files are read by
-:mod:`steadyload.layouts.sources`, which holds to the limits of their formats.
+:mod:`steadyload.layouts.files.sources`, which holds to the limits of their formats.
 """
 
 from __future__ import annotations

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from steadyload.layouts.record import shown
+from steadyload.layouts.files.record import shown
 from steadyload.learners import LearnerError
 from steadyload.learners.features import names
 from steadyload.learners.options import NetworkKind, TrainingOptions

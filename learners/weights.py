@@ -23,7 +23,7 @@ from steadyload.atomic import (
     write_atomically,
 )
 from steadyload.errors import nearest
-from steadyload.layouts.record import shown
+from steadyload.layouts.files.record import shown
 from steadyload.learners import LearnerError
 from steadyload.learners.features import FeatureKind, names
 from steadyload.learners.inference import Network

@@ -225,7 +225,7 @@ def test_engines_are_named_in_no_condition():
 
 FREE = {
     "reading": "the one place",
-    "layouts.sources": "a layout file, a pipe, standard input, as far as its format is allowed",
+    "layouts.files.sources": "a layout file, a pipe, standard input, as far as its format allows",
     "studies.kept_rows": "an archive in memory",
     "runs.store": "the lock of a folder, of which nothing is read",
     "reports.writing": "a folder, to lock it",

@@ -14,7 +14,7 @@ from steadyload.cli.config_file import read_config
 from steadyload.config import ConfigError
 from steadyload.errors import UserError
 from steadyload.layouts.benchmark.dataset import load_benchmark
-from steadyload.layouts.dialect import load_profile
+from steadyload.layouts.files.dialect import load_profile
 from steadyload.layouts.formats import read_layouts, read_written
 from steadyload.learners import LearnerError
 from steadyload.learners.plans.plan_file import load_plan

@@ -14,11 +14,11 @@ from steadyload.app.notebook_figures import load_picture
 from steadyload.app.viewing import view_of
 from steadyload.atomic import write_atomically
 from steadyload.engines.errors import EngineNotInstalledError
+from steadyload.layouts.files.record import Refused
+from steadyload.layouts.files.sources import distinct_names
 from steadyload.layouts.model.frame import Frame
 from steadyload.layouts.model.layout import Layout
 from steadyload.layouts.model.naming import box_label
-from steadyload.layouts.record import Refused
-from steadyload.layouts.sources import distinct_names
 from steadyload.methods.contract.verdict import Status, Verdict
 from steadyload.methods.registry import make_method
 from steadyload.methods.session.recording import (

@@ -16,12 +16,12 @@ from steadyload.app.recommend.front import Front, FrontError, front_for
 from steadyload.app.recommend.kept import load_fronts
 from steadyload.bearing import Crushed, first_crushed
 from steadyload.errors import UserError
+from steadyload.layouts.files.record import Refused
 from steadyload.layouts.model.footing import gaps, largest
 from steadyload.layouts.model.frame import Frame
 from steadyload.layouts.model.layout import Layout, require_layout
 from steadyload.layouts.model.naming import box_id, with_ids
 from steadyload.layouts.model.question import Question
-from steadyload.layouts.record import Refused
 from steadyload.methods.contract.method import (
     Method,
     Status,

@@ -14,13 +14,13 @@ from steadyload.app.faults import reason_of
 from steadyload.atomic import write_atomically
 from steadyload.bearing import ContactForces, contact_forces
 from steadyload.errors import UserError, nearest
+from steadyload.layouts.files.record import Refused
+from steadyload.layouts.files.sources import source_name
 from steadyload.layouts.formats import Reading, scan_layouts
 from steadyload.layouts.model.footing import gaps, largest
 from steadyload.layouts.model.frame import Frame
 from steadyload.layouts.model.layout import Layout, require_layout
 from steadyload.layouts.model.naming import box_label, with_ids
-from steadyload.layouts.record import Refused
-from steadyload.layouts.sources import source_name
 from steadyload.methods.contract.method import Method
 from steadyload.methods.registry import make_method
 from steadyload.methods.session.recording import RecordedStep, Recording, record_loading

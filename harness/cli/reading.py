@@ -11,9 +11,9 @@ from steadyload.cli.flags import UsageError
 from steadyload.config import number_from_zero, option, positive_number
 
 if TYPE_CHECKING:
-    from steadyload.layouts.dialect import Dialect
+    from steadyload.layouts.files.dialect import Dialect
 
-_WORDS = "steadyload.layouts.dialect:"
+_WORDS = "steadyload.layouts.files.dialect:"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -97,7 +97,7 @@ class ReadingFlags:
             DialectError: the profile or a name of a column is not allowed.
             OSError: the profile cannot be read.
         """
-        from steadyload.layouts.dialect import Dialect, columns_of, load_profile
+        from steadyload.layouts.files.dialect import Dialect, columns_of, load_profile
 
         found = (base or Dialect()) if self.profile is None else load_profile(self.profile)
         keys = ("units", "weight", "up", "positions", "other_columns", "order", "pallet")

@@ -49,7 +49,7 @@ class Run(Strict, ReadingFlags):
 
     def run(self) -> int:
         """Judge the missing cases."""
-        from steadyload.layouts.refusals import Refusals
+        from steadyload.layouts.files.refusals import Refusals
         from steadyload.runs.definition import load_study
         from steadyload.runs.envelope_use import study_warnings
         from steadyload.runs.pool import make_executor

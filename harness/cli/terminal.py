@@ -76,7 +76,7 @@ _FILE = 20
 
 def file_names(files: Sequence[str]) -> list[str]:
     """The file of every row as a table has it, by its end; none where all rows are of one."""
-    from steadyload.layouts.sources import distinct_names
+    from steadyload.layouts.files.sources import distinct_names
 
     names = {file: printable(name) for file, name in distinct_names(files).items()}
     if len(names) < 2:

@@ -54,8 +54,8 @@ class Transport(ReadingFlags):
 
     def run(self) -> int:
         """Judge all loads and print a row a direction; the exit status tells the worst answer."""
+        from steadyload.layouts.files.record import Refused
         from steadyload.layouts.model.frame import Frame
-        from steadyload.layouts.record import Refused
         from steadyload.runs.scoring import read_entries
 
         ask = self._question()

@@ -54,10 +54,10 @@ class View(ReadingFlags):
             write_view,
             write_views,
         )
+        from steadyload.layouts.files.record import Refused
+        from steadyload.layouts.files.refusals import Refusals
         from steadyload.layouts.model.frame import Frame
         from steadyload.layouts.model.layout import Layout
-        from steadyload.layouts.record import Refused
-        from steadyload.layouts.refusals import Refusals
         from steadyload.methods.session.recording import record_loading
 
         check_output(self.output, [self.file])

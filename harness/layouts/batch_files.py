@@ -5,8 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Unpack
 
-from steadyload.layouts.csv_batch import batch_of_csv
-from steadyload.layouts.dialect import Dialect
+from steadyload.layouts.files.csv_batch import batch_of_csv
+from steadyload.layouts.files.dialect import Dialect
+from steadyload.layouts.files.limits import MAX_FILE_BYTES
+from steadyload.layouts.files.record import FormatError
+from steadyload.layouts.files.sources import STANDARD_INPUT, opened_source, read_rest, source_name
 from steadyload.layouts.formats import (
     HEAD_BYTES,
     Format,
@@ -14,11 +17,8 @@ from steadyload.layouts.formats import (
     detect_format,
     read_layouts,
 )
-from steadyload.layouts.limits import MAX_FILE_BYTES
 from steadyload.layouts.model.batch import LayoutBatch
 from steadyload.layouts.model.floor import FloorKind
-from steadyload.layouts.record import FormatError
-from steadyload.layouts.sources import STANDARD_INPUT, opened_source, read_rest, source_name
 
 
 def read_batch(path: str | Path, **reading: Unpack[Reading]) -> LayoutBatch:

@@ -17,9 +17,11 @@ from pathlib import Path
 from typing import TypedDict, Unpack
 
 from steadyload.atomic import write_atomically
-from steadyload.layouts.csv_reader import is_csv, read_csv
-from steadyload.layouts.dialect import Dialect
-from steadyload.layouts.limits import MAX_FILE_BYTES, MAX_VALUE_LENGTH, MAX_YAML_BYTES
+from steadyload.layouts.files.csv_reader import is_csv, read_csv
+from steadyload.layouts.files.dialect import Dialect
+from steadyload.layouts.files.limits import MAX_FILE_BYTES, MAX_VALUE_LENGTH, MAX_YAML_BYTES
+from steadyload.layouts.files.record import FormatError, Record, Refused, to_layout
+from steadyload.layouts.files.sources import decoded, opened_source, read_rest, source_name
 from steadyload.layouts.model.floor import FloorKind
 from steadyload.layouts.model.frame import Frame
 from steadyload.layouts.model.layout import Layout, LayoutError
@@ -27,8 +29,6 @@ from steadyload.layouts.model.plausibility import implausible
 from steadyload.layouts.model.snapping import snap
 from steadyload.layouts.packers.with_packingsolver import HEADER, read_certificate
 from steadyload.layouts.readers import read_aclpp, read_blocks, read_json
-from steadyload.layouts.record import FormatError, Record, Refused, to_layout
-from steadyload.layouts.sources import decoded, opened_source, read_rest, source_name
 from steadyload.layouts.writers import as_csv, as_job, as_native
 from steadyload.numbers import number_within
 from steadyload.reading import MAX_COPY_BYTES, lines_of, regular

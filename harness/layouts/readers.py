@@ -9,8 +9,8 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from dataclasses import replace
 from typing import Any
 
-from steadyload.layouts.json_stream import Elements, JsonText, members
-from steadyload.layouts.limits import (
+from steadyload.layouts.files.json_stream import Elements, JsonText, members
+from steadyload.layouts.files.limits import (
     MAX_FILE_BYTES,
     MAX_ITEMS,
     MAX_LAYOUTS,
@@ -18,10 +18,8 @@ from steadyload.layouts.limits import (
     MAX_VALUE_LENGTH,
     MAX_WAITING,
 )
-from steadyload.layouts.model.layout import LayoutError
-from steadyload.layouts.packers.with_packvium import MEMBERS, read_containers
-from steadyload.layouts.plain_yaml import parse_plain_yaml
-from steadyload.layouts.record import (
+from steadyload.layouts.files.plain_yaml import parse_plain_yaml
+from steadyload.layouts.files.record import (
     DECK_KEYS,
     LOAD_KEYS,
     FormatError,
@@ -30,6 +28,8 @@ from steadyload.layouts.record import (
     place_in_order,
     shown,
 )
+from steadyload.layouts.model.layout import LayoutError
+from steadyload.layouts.packers.with_packvium import MEMBERS, read_containers
 
 NATIVE_FORMAT = "steadyload-layouts"
 NATIVE_VERSION = 1

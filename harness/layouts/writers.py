@@ -10,11 +10,11 @@ from collections.abc import Iterable, Iterator
 from textwrap import indent
 from typing import Any
 
-from steadyload.layouts.csv_cells import harmless
-from steadyload.layouts.csv_reader import CSV_COLUMNS
+from steadyload.layouts.files.csv_cells import harmless
+from steadyload.layouts.files.csv_reader import CSV_COLUMNS
+from steadyload.layouts.files.record import DECK_KEYS, FormatError
 from steadyload.layouts.model.layout import Layout, Pallet
 from steadyload.layouts.readers import NATIVE_FORMAT, NATIVE_VERSION
-from steadyload.layouts.record import DECK_KEYS, FormatError
 
 
 def as_native(layouts: Iterable[Layout]) -> Iterator[str]:

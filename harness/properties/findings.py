@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from functools import cache
 from importlib import resources
 
+from steadyload.layouts.files.record import Record, to_layout
 from steadyload.layouts.readers import read_json
-from steadyload.layouts.record import Record, to_layout
 from steadyload.properties.property import Case
 
 MOST_PER_ENGINE = 3

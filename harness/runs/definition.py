@@ -16,13 +16,13 @@ from steadyload.engines.registry import absent_engines
 from steadyload.errors import UserError, nearest
 from steadyload.layouts.benchmark import Part
 from steadyload.layouts.benchmark.dataset import set_named
-from steadyload.layouts.dialect import Dialect, DialectError, load_profile
+from steadyload.layouts.files.dialect import Dialect, DialectError, load_profile
+from steadyload.layouts.files.record import Refused, shown
 from steadyload.layouts.formats import Reading, scan_layouts
 from steadyload.layouts.model.floor import FloorKind
 from steadyload.layouts.model.layout import Layout, LayoutError
 from steadyload.layouts.model.scenarios import Scenario, apply_scenario
 from steadyload.layouts.packing import drawn_layouts
-from steadyload.layouts.record import Refused, shown
 from steadyload.methods.contract.spec import SpecError, parse_spec
 from steadyload.methods.registry import make_method
 from steadyload.reading import toml_of

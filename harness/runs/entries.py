@@ -8,12 +8,12 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Self, Unpack
 
+from steadyload.layouts.files.record import Refused
+from steadyload.layouts.files.refusals import Refusals
+from steadyload.layouts.files.sources import source_name
 from steadyload.layouts.formats import Reading, scan_layouts
 from steadyload.layouts.model.batch import LayoutBatch
 from steadyload.layouts.model.layout import Layout
-from steadyload.layouts.record import Refused
-from steadyload.layouts.refusals import Refusals
-from steadyload.layouts.sources import source_name
 from steadyload.reading import naming
 
 Entry = tuple[str, Layout | Refused]

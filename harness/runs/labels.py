@@ -20,11 +20,11 @@ from numpy.typing import NDArray
 from steadyload.layouts.benchmark import Benchmark, Part, load_benchmark
 from steadyload.layouts.benchmark.dataset import KEYS
 from steadyload.layouts.benchmark.tables import as_parquet, from_parquet, later
+from steadyload.layouts.files.record import Refused
+from steadyload.layouts.files.refusals import Refusals
 from steadyload.layouts.formats import read_written
 from steadyload.layouts.model.layout import Layout, LayoutError
 from steadyload.layouts.model.scenarios import Scenario
-from steadyload.layouts.record import Refused
-from steadyload.layouts.refusals import Refusals
 from steadyload.reading import MAX_TABLE_BYTES, content_of
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.provenance import provenance_lines

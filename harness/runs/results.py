@@ -20,9 +20,9 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from steadyload.atomic import ChecksumError, verified_manifest
+from steadyload.layouts.files.parquet_table import table_of
+from steadyload.layouts.files.record import shown
 from steadyload.layouts.model.layout import Layout
-from steadyload.layouts.parquet_table import table_of
-from steadyload.layouts.record import shown
 from steadyload.methods.contract.method import Method, Verdict
 from steadyload.methods.contract.spec import stored_values
 from steadyload.reading import MAX_STORED_BYTES, content_of, json_of

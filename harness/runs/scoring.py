@@ -6,11 +6,11 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, Unpack
 
+from steadyload.layouts.files.record import Refused
 from steadyload.layouts.formats import Reading
 from steadyload.layouts.model.layout import Item, Layout
 from steadyload.layouts.model.naming import box_id, with_ids
 from steadyload.layouts.model.scenarios import Scenario
-from steadyload.layouts.record import Refused
 from steadyload.methods.contract.method import Method, Status, Verdict, judge
 from steadyload.methods.doubt import doubt
 from steadyload.methods.envelope import leaves

@@ -34,7 +34,7 @@ from steadyload.atomic import (
 )
 from steadyload.errors import UserError
 from steadyload.layouts.benchmark.tables import as_parquet, from_parquet
-from steadyload.layouts.parquet_table import TableTooLargeError
+from steadyload.layouts.files.parquet_table import TableTooLargeError
 from steadyload.reading import MAX_COPY_BYTES, MAX_TABLE_BYTES, content_of, regular
 from steadyload.runs.kept_only import refuse_unless_kept
 from steadyload.runs.pool import IN_THIS_PROCESS, Executor, PartLimit, run_units

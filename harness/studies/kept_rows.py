@@ -20,7 +20,7 @@ from steadyload.engines.registry import (
     world_class,
 )
 from steadyload.errors import UserError
-from steadyload.layouts.limits import MAX_FILE_BYTES
+from steadyload.layouts.files.limits import MAX_FILE_BYTES
 from steadyload.methods.contract.spec import parse_spec
 from steadyload.reading import (
     MAX_STORED_BYTES,

@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 
 from steadyload.errors import nearest
 from steadyload.layouts.benchmark import UNLEARNT, Part
-from steadyload.layouts.record import shown
+from steadyload.layouts.files.record import shown
 from steadyload.learners import LearnerError
 from steadyload.learners.generation import GenerationOptions
 from steadyload.learners.jobs import BENCHMARK

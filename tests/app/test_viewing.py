@@ -13,7 +13,7 @@ import pytest
 from steadyload.app.viewing import ViewError, pick_layouts, write_view, write_views
 from steadyload.cli import main
 from steadyload.layouts import Item, Layout, Pallet
-from steadyload.layouts.dialect import Dialect
+from steadyload.layouts.files.dialect import Dialect
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.model.frame import Frame
 from steadyload.methods.contract.method import Status

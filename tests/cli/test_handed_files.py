@@ -12,7 +12,7 @@ import pytest
 from steadyload.bearing import first_crushed
 from steadyload.cli import main
 from steadyload.layouts import Item, Layout, Pallet
-from steadyload.layouts.dialect import Dialect
+from steadyload.layouts.files.dialect import Dialect
 from steadyload.layouts.formats import Format, read_layouts, write_layouts
 from steadyload.methods import make_method
 from steadyload.methods.session.session import LoadingSession

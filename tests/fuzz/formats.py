@@ -24,12 +24,12 @@ from steadyload.config import methods_option, option
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.benchmark import tables
 from steadyload.layouts.benchmark.dataset import load_benchmark, row_of
-from steadyload.layouts.dialect import load_profile
+from steadyload.layouts.files.dialect import load_profile
+from steadyload.layouts.files.record import Refused
 from steadyload.layouts.formats import Format as LayoutFormat
 from steadyload.layouts.formats import scan_layouts
 from steadyload.layouts.packers.with_packingsolver import from_packingsolver
 from steadyload.layouts.packers.with_packvium import from_packvium
-from steadyload.layouts.record import Refused
 from steadyload.layouts.writers import as_csv, as_job, as_native
 from steadyload.learners.features import FeatureKind, names
 from steadyload.learners.options import TrainingOptions

@@ -8,10 +8,10 @@ from hypothesis import strategies as st
 import steadyload as sl
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.batch_files import read_batch
-from steadyload.layouts.csv_batch import batch_of_csv
-from steadyload.layouts.dialect import Dialect
+from steadyload.layouts.files.csv_batch import batch_of_csv
+from steadyload.layouts.files.dialect import Dialect
+from steadyload.layouts.files.limits import MAX_ITEMS
 from steadyload.layouts.formats import Format, read_layouts, write_layouts
-from steadyload.layouts.limits import MAX_ITEMS
 from steadyload.layouts.model.batch import LayoutBatch
 from steadyload.layouts.model.floor import FloorError
 from steadyload.layouts.model.layout import LayoutError

@@ -21,9 +21,9 @@ from steadyload.layouts.benchmark.tables import (
     as_parquet,
     write_tables,
 )
-from steadyload.layouts.csv_cells import unguarded
+from steadyload.layouts.files.csv_cells import unguarded
+from steadyload.layouts.files.record import FormatError
 from steadyload.layouts.formats import Format, read_layouts
-from steadyload.layouts.record import FormatError
 
 ENSEMBLE = (("numerical", "fine"), ("model", "smooth"), ("limits", "strict"))
 PALLET = Pallet(100.0, 100.0, 100.0)

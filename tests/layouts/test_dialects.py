@@ -15,10 +15,10 @@ from hypothesis import strategies as st
 
 import steadyload as sl
 from steadyload.layouts import Item, Layout, LayoutError, Pallet
-from steadyload.layouts.csv_reader import read_csv
-from steadyload.layouts.dialect import Dialect, DialectError, columns_of, load_profile
+from steadyload.layouts.files.csv_reader import read_csv
+from steadyload.layouts.files.dialect import Dialect, DialectError, columns_of, load_profile
+from steadyload.layouts.files.record import FormatError, Refused, to_layout
 from steadyload.layouts.formats import Format, read_layouts, scan_layouts, write_layouts
-from steadyload.layouts.record import FormatError, Refused, to_layout
 
 PLAIN = """\
 layout,pallet_width,pallet_height,pallet_depth,sequence,item,x,y,z,width,height,depth,weight,offset_x,offset_y,offset_z
@@ -299,7 +299,7 @@ def test_layouts_are_handed_out_as_they_are_complete(monkeypatch):
     assert [next(records).name for _ in range(4)] == ["L0", "L1", "L2", "L3"]
     with pytest.raises(FormatError, match="line 6 has 2 values"):
         next(records)
-    monkeypatch.setattr("steadyload.layouts.csv_reader.MAX_LAYOUTS", 3)
+    monkeypatch.setattr("steadyload.layouts.files.csv_reader.MAX_LAYOUTS", 3)
     with pytest.raises(FormatError, match="has more than 3 layouts"):
         next(read_csv("\n".join([head, *rows]).encode(), Dialect()))
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from steadyload.layouts.dialect import Dialect
+from steadyload.layouts.files.dialect import Dialect
 from steadyload.layouts.model.footing import Gap, footing, gaps, largest
 from steadyload.layouts.model.frame import Frame
 from steadyload.layouts.model.layout import Item, Layout, Pallet

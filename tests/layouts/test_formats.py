@@ -10,7 +10,8 @@ import jsonschema
 import pytest
 
 from steadyload.layouts import Item, Layout, LayoutError, Pallet
-from steadyload.layouts.csv_reader import CSV_COLUMNS
+from steadyload.layouts.files.csv_reader import CSV_COLUMNS
+from steadyload.layouts.files.record import FormatError, Refused
 from steadyload.layouts.formats import (
     Format,
     read_layouts,
@@ -20,7 +21,6 @@ from steadyload.layouts.formats import (
 )
 from steadyload.layouts.model.floor import FloorError, FloorKind
 from steadyload.layouts.model.snapping import snap
-from steadyload.layouts.record import FormatError, Refused
 
 SCHEMA = Path(__file__).resolve().parents[2] / "docs" / "layouts.schema.json"
 

@@ -11,8 +11,8 @@ import pytest
 
 from steadyload.cli import main
 from steadyload.layouts import Item, Layout, Pallet
+from steadyload.layouts.files.record import FormatError
 from steadyload.layouts.formats import read_layouts
-from steadyload.layouts.record import FormatError
 from steadyload.layouts.writers import as_csv
 
 HANDED = Path(__file__).resolve().parents[3] / "shared" / "repro"

@@ -5,10 +5,11 @@ import random
 
 import pytest
 
-from steadyload.layouts import json_stream, readers
-from steadyload.layouts.json_stream import Elements, JsonText, members
+from steadyload.layouts import readers
+from steadyload.layouts.files import json_stream
+from steadyload.layouts.files.json_stream import Elements, JsonText, members
+from steadyload.layouts.files.record import FormatError, Record, Refused
 from steadyload.layouts.readers import read_json
-from steadyload.layouts.record import FormatError, Record, Refused
 
 ITEM = {"sequence": 0, "position": [0, 0, 0], "size": [10, 10, 10], "weight": 1}
 HEAD = {"format": "steadyload-layouts", "version": 1}

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from steadyload import reading
-from steadyload.layouts import limits
+from steadyload.layouts.files import limits
 
 PAGE = Path(__file__).parents[2] / "docs" / "reliability.md"
 

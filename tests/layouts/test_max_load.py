@@ -6,11 +6,11 @@ from dataclasses import replace
 import pytest
 
 from steadyload.layouts.batch_files import read_batch
-from steadyload.layouts.dialect import Dialect
+from steadyload.layouts.files.dialect import Dialect
+from steadyload.layouts.files.record import FormatError
 from steadyload.layouts.formats import Format, read_layouts, write_layouts
 from steadyload.layouts.model.layout import Item, Layout, LayoutError, Pallet, replace_items
 from steadyload.layouts.model.snapping import snap
-from steadyload.layouts.record import FormatError
 
 BOXES = tuple(
     Item(k, (0.0, 10.0 * k, 0.0), (20.0, 10.0, 50.0), 8.0, max_load=most)

@@ -7,9 +7,9 @@ import pytest
 
 import steadyload as sl
 from steadyload.layouts import LayoutError
-from steadyload.layouts.dialect import Dialect
+from steadyload.layouts.files.dialect import Dialect
+from steadyload.layouts.files.limits import MAX_VALUE_LENGTH
 from steadyload.layouts.formats import scan_layouts
-from steadyload.layouts.limits import MAX_VALUE_LENGTH
 from steadyload.layouts.packers.plan import Bin, Placed, plan
 
 HEADER = "TYPE,ID,COPIES,BIN,X,Y,Z,LX,LY,LZ,ROTATION\n"

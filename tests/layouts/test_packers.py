@@ -8,8 +8,8 @@ import pytest
 
 import steadyload as sl
 from steadyload.layouts import LayoutError
+from steadyload.layouts.files.record import FormatError
 from steadyload.layouts.packers.plan import Bin, Placed, Plan, PlanError, plan
-from steadyload.layouts.record import FormatError
 
 SIDES = {"flat": (60, 40, 10), "tall": (20, 20, 50), "long": (80, 15, 15), "big": (300, 10, 10)}
 """Boxes as length, width and height, for a bin of 100 x 80 x 60."""

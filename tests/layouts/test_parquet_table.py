@@ -8,9 +8,9 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from steadyload.layouts import parquet_table
 from steadyload.layouts.benchmark import tables
-from steadyload.layouts.parquet_table import TableTooLargeError, table_of
+from steadyload.layouts.files import parquet_table
+from steadyload.layouts.files.parquet_table import TableTooLargeError, table_of
 from steadyload.runs.store import ResultsError, Store, parquet
 
 

@@ -5,10 +5,10 @@ from pathlib import Path
 import pytest
 
 from steadyload.cli import main
+from steadyload.layouts.files.limits import MAX_DEPTH
+from steadyload.layouts.files.plain_yaml import parse_plain_yaml
+from steadyload.layouts.files.record import FormatError
 from steadyload.layouts.formats import read_layouts
-from steadyload.layouts.limits import MAX_DEPTH
-from steadyload.layouts.plain_yaml import parse_plain_yaml
-from steadyload.layouts.record import FormatError
 
 HANDED = Path(__file__).resolve().parents[3] / "shared" / "repro"
 

@@ -9,7 +9,7 @@ from steadyload.app.viewing import pick_layouts
 from steadyload.cli import main
 from steadyload.layouts.batch_files import read_batch
 from steadyload.layouts.benchmark.dataset import SETS, load_benchmark
-from steadyload.layouts.dialect import Dialect
+from steadyload.layouts.files.dialect import Dialect
 from steadyload.layouts.formats import scan_layouts
 from steadyload.layouts.model.layout import Item, Layout, Pallet
 from steadyload.layouts.model.plausibility import implausible

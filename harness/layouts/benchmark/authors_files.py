@@ -15,10 +15,10 @@ from steadyload.layouts.benchmark.observations import (
     read_movements,
 )
 from steadyload.layouts.benchmark.tables import BenchmarkError
+from steadyload.layouts.files.record import shown
 from steadyload.layouts.formats import read_layouts
 from steadyload.layouts.model.layout import Layout, LayoutError
 from steadyload.layouts.model.scenarios import Scenario
-from steadyload.layouts.record import shown
 from steadyload.reading import MAX_STORED_BYTES, TooLargeError, content_of, json_of
 
 JOBS, _LABELS = "2_AeJobs", "4_Benchmark"

@@ -23,12 +23,12 @@ from steadyload.layouts.benchmark.tables import (
     read_further,
     read_tables,
 )
+from steadyload.layouts.files.record import shown
 from steadyload.layouts.model.batch import LayoutBatch, checked_batch, checked_view
 from steadyload.layouts.model.batch_checks import Pallets
 from steadyload.layouts.model.layout import FloatArray, Layout, LayoutError, Pallet
 from steadyload.layouts.model.question import Question
 from steadyload.layouts.model.scenarios import Scenario
-from steadyload.layouts.record import shown
 from steadyload.reading import MAX_STORED_BYTES, content_of
 
 KEYS = ["layout", "scenario"]

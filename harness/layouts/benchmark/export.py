@@ -14,7 +14,7 @@ import pandas as pd
 
 from steadyload.atomic import write_atomically
 from steadyload.layouts.benchmark.dataset import KEYS, Benchmark, Part
-from steadyload.layouts.csv_cells import harmless
+from steadyload.layouts.files.csv_cells import harmless
 from steadyload.layouts.formats import Format, write_layouts
 
 LABEL_COLUMNS = (

@@ -15,9 +15,9 @@ from pathlib import Path
 import numpy as np
 
 from steadyload.errors import UserError
-from steadyload.layouts.limits import MAX_FILE_BYTES
+from steadyload.layouts.files.limits import MAX_FILE_BYTES
+from steadyload.layouts.files.record import shown
 from steadyload.layouts.packers.packed import ItemList, ItemType, Sides
-from steadyload.layouts.record import shown
 from steadyload.reading import content_of
 
 CONTAINER: Sides = (280, 233, 220)

@@ -24,8 +24,8 @@ from steadyload.layouts.benchmark.item_lists import (
     product_files,
 )
 from steadyload.layouts.benchmark.tables import BenchmarkError
+from steadyload.layouts.files.limits import MAX_FILE_BYTES
 from steadyload.layouts.formats import read_layouts
-from steadyload.layouts.limits import MAX_FILE_BYTES
 from steadyload.layouts.model.layout import Layout, Pallet
 from steadyload.layouts.model.scenarios import Scenario
 from steadyload.layouts.packers.packed import PACKERS, ItemList, packer_versions

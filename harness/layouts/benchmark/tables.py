@@ -19,8 +19,8 @@ from steadyload.atomic import (
 )
 from steadyload.errors import UserError
 from steadyload.escaping import printable
-from steadyload.layouts.parquet_table import table_of
-from steadyload.layouts.record import shown
+from steadyload.layouts.files.parquet_table import table_of
+from steadyload.layouts.files.record import shown
 from steadyload.reading import MAX_STORED_BYTES, MAX_TABLE_BYTES, content_of, json_of
 
 VERSION = 1

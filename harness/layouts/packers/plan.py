@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from decimal import Decimal
 from typing import Literal
 
+from steadyload.layouts.files.record import Record, Refused, to_layout
 from steadyload.layouts.model.frame import AxisName
 from steadyload.layouts.model.layout import TOLERANCE, WITHIN, Layout, LayoutError, Vector, from_to
 from steadyload.layouts.model.naming import box_label
-from steadyload.layouts.record import Record, Refused, to_layout
 
 DENSITY = 2e-4
 """Density of boxes without a weight [kg/cm3]: 200 kg a cubic metre."""
@@ -142,7 +142,7 @@ def plan(bins: Iterable[Bin], unplaced: Iterable[str], order: Order) -> Plan:
 
 
 def factor(unit: str, units: Mapping[str, Decimal]) -> float:
-    """Centimetres or kilograms in a unit of :mod:`steadyload.layouts.dialect`.
+    """Centimetres or kilograms in a unit of :mod:`steadyload.layouts.files.dialect`.
 
     Raises:
         PlanError: there is no such unit.

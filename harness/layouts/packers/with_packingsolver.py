@@ -16,8 +16,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from steadyload.layouts.dialect import Dialect
-from steadyload.layouts.limits import (
+from steadyload.layouts.files.dialect import Dialect
+from steadyload.layouts.files.limits import (
     MAX_COPIED_ITEMS,
     MAX_COPIES,
     MAX_FILE_BYTES,
@@ -25,6 +25,8 @@ from steadyload.layouts.limits import (
     MAX_LAYOUTS,
     MAX_TEXT_LENGTH,
 )
+from steadyload.layouts.files.record import FormatError, Record, Refused, shown
+from steadyload.layouts.files.sources import decoded, opened_source, read_rest
 from steadyload.layouts.model.layout import LayoutError, Vector
 from steadyload.layouts.model.units import UNITS, WEIGHT_UNITS
 from steadyload.layouts.packers.plan import (
@@ -37,8 +39,6 @@ from steadyload.layouts.packers.plan import (
     plan,
     stated,
 )
-from steadyload.layouts.record import FormatError, Record, Refused, shown
-from steadyload.layouts.sources import decoded, opened_source, read_rest
 
 HEADER = "TYPE,ID,COPIES,BIN,"
 """Beginning of every certificate."""

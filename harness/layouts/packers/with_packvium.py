@@ -12,17 +12,17 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from steadyload.layouts.json_stream import Elements, JsonText, members
-from steadyload.layouts.limits import (
+from steadyload.layouts.files.json_stream import Elements, JsonText, members
+from steadyload.layouts.files.limits import (
     MAX_FILE_BYTES,
     MAX_ITEMS,
     MAX_LAYOUTS,
     MAX_TEXT_LENGTH,
 )
+from steadyload.layouts.files.record import FormatError, Record, Refused, shown
+from steadyload.layouts.files.sources import opened_source
 from steadyload.layouts.model.layout import LayoutError, Vector
 from steadyload.layouts.packers.plan import Bin, Order, Placed, Plan, PlanError, plan, stated
-from steadyload.layouts.record import FormatError, Record, Refused, shown
-from steadyload.layouts.sources import opened_source
 
 _TICKS_PER_CM = 160_000
 _TICKS_PER_KG = 8_000_000_000

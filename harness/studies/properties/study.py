@@ -21,10 +21,10 @@ import numpy as np
 from steadyload.atomic import not_a_link, without_link
 from steadyload.engines.registry import engine_names, engines, package_versions
 from steadyload.errors import nearest
+from steadyload.layouts.files.record import Record, to_layout
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.model.layout import Layout
 from steadyload.layouts.readers import read_json
-from steadyload.layouts.record import Record, to_layout
 from steadyload.layouts.writers import as_native
 from steadyload.methods.envelope import ENVELOPES
 from steadyload.methods.naming import MethodKey, method_key

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from steadyload.layouts.benchmark.dataset import Part, load_benchmark
+from steadyload.layouts.files.record import shown
 from steadyload.layouts.formats import read_layouts
 from steadyload.layouts.model.layout import Item, Layout, LayoutError, Pallet
 from steadyload.layouts.packing import random_boxes
-from steadyload.layouts.record import shown
 from steadyload.methods.contract.method import Method, Status
 
 LABELLED = str(Part.VALIDATION)

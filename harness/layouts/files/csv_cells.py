@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from decimal import Context, Decimal
 
-from steadyload.layouts.limits import MAX_NUMBER_LENGTH
+from steadyload.layouts.files.limits import MAX_NUMBER_LENGTH
 
 _FORMULA = re.compile(r"'*[=+\-@\t\r]")
 _GUARDED = re.compile(r"'+[=+\-@\t\r]")

@@ -1,7 +1,8 @@
 """Plain CSV files as a batch: columns become arrays, and no item an object.
 
-Only what is read here exactly as :mod:`steadyload.layouts.csv_reader` reads it is read here. Where
-a file may be wrong, or has what is rare, there is no batch: that reader then says what is wrong.
+Only what is read here exactly as :mod:`steadyload.layouts.files.csv_reader` reads it is read here.
+Where a file may be wrong, or has what is rare, there is no batch: that reader then says what is
+wrong.
 """
 
 from __future__ import annotations
@@ -17,16 +18,21 @@ import pyarrow.compute as pc
 import pyarrow.csv
 from numpy.typing import NDArray
 
-from steadyload.layouts.csv_cells import unguarded
-from steadyload.layouts.csv_columns import (
+from steadyload.layouts.files.csv_cells import unguarded
+from steadyload.layouts.files.csv_columns import (
     Columns,
     find_columns,
     separator_of,
     turns,
     warn_of_turning,
 )
-from steadyload.layouts.dialect import Dialect
-from steadyload.layouts.limits import MAX_ITEMS, MAX_LAYOUTS, MAX_NUMBER_LENGTH, MAX_TEXT_LENGTH
+from steadyload.layouts.files.dialect import Dialect
+from steadyload.layouts.files.limits import (
+    MAX_ITEMS,
+    MAX_LAYOUTS,
+    MAX_NUMBER_LENGTH,
+    MAX_TEXT_LENGTH,
+)
 from steadyload.layouts.model.batch import LayoutBatch, checked_batch
 from steadyload.layouts.model.batch_checks import Pallets
 from steadyload.layouts.model.layout import FloatArray, LayoutError
@@ -38,7 +44,8 @@ _LINES_APART = re.compile(rb'["\0]|\r(?!\n)')
 """Texts that part lines and cells as line ends and separators do not, or that may not be."""
 
 _NUMBER = r"^[+-]?(?:[0-9]+(?:[.][0-9]*)?|[.][0-9]+)(?:[eE][+-]?[0-9]{1,6})?$"
-"""Finite numbers with a decimal point: a part of those of :mod:`steadyload.layouts.csv_cells`."""
+"""Finite numbers with a decimal point: a part of those of
+:mod:`steadyload.layouts.files.csv_cells`."""
 
 
 def batch_of_csv(

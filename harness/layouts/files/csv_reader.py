@@ -13,8 +13,8 @@ from itertools import chain
 from typing import Any
 
 from steadyload.escaping import printable
-from steadyload.layouts.csv_cells import minus_half, number, times, unguarded
-from steadyload.layouts.csv_columns import (
+from steadyload.layouts.files.csv_cells import minus_half, number, times, unguarded
+from steadyload.layouts.files.csv_columns import (
     SEPARATORS,
     Columns,
     find_columns,
@@ -22,12 +22,12 @@ from steadyload.layouts.csv_columns import (
     turns,
     warn_of_turning,
 )
-from steadyload.layouts.dialect import LOADS, Dialect, sides_of
-from steadyload.layouts.limits import MAX_ITEMS, MAX_LAYOUTS, MAX_TEXT_LENGTH
+from steadyload.layouts.files.dialect import LOADS, Dialect, sides_of
+from steadyload.layouts.files.limits import MAX_ITEMS, MAX_LAYOUTS, MAX_TEXT_LENGTH
+from steadyload.layouts.files.record import FormatError, Record, Refused
+from steadyload.layouts.files.sources import decoded
 from steadyload.layouts.model.layout import LayoutError
 from steadyload.layouts.model.units import UNITS, WEIGHT_UNITS
-from steadyload.layouts.record import FormatError, Record, Refused
-from steadyload.layouts.sources import decoded
 
 CSV_COLUMNS = (
     "layout",

@@ -8,9 +8,9 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from steadyload.layouts.csv_cells import number
-from steadyload.layouts.dialect import LOADS, OFFSETS, PALLET_SIDES, WORDS, Dialect
-from steadyload.layouts.record import FormatError, shown
+from steadyload.layouts.files.csv_cells import number
+from steadyload.layouts.files.dialect import LOADS, OFFSETS, PALLET_SIDES, WORDS, Dialect
+from steadyload.layouts.files.record import FormatError, shown
 
 _log = logging.getLogger("steadyload")
 

@@ -12,8 +12,8 @@ import re
 from collections.abc import Iterable, Iterator
 from typing import Any
 
-from steadyload.layouts.limits import MAX_STREAM_BYTES, MAX_VALUE_LENGTH
-from steadyload.layouts.record import FormatError, shown
+from steadyload.layouts.files.limits import MAX_STREAM_BYTES, MAX_VALUE_LENGTH
+from steadyload.layouts.files.record import FormatError, shown
 
 _SPACE = re.compile(r"[ \t\n\r]*")
 _MOST_MEMBERS = 1_000

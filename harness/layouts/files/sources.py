@@ -10,7 +10,7 @@ from typing import BinaryIO
 
 from steadyload.errors import UserError
 from steadyload.escaping import sentence
-from steadyload.layouts.record import FormatError
+from steadyload.layouts.files.record import FormatError
 from steadyload.reading import naming, size_of
 
 _CHUNK = 1024**2

@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from steadyload.errors import UserError, nearest
-from steadyload.layouts.limits import MAX_TEXT_LENGTH
+from steadyload.layouts.files.limits import MAX_TEXT_LENGTH
+from steadyload.layouts.files.record import shown
 from steadyload.layouts.model.units import UNITS, WEIGHT_UNITS
-from steadyload.layouts.record import shown
 from steadyload.reading import toml_of
 
 UPWARD = ("y", "z")

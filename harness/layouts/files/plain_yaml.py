@@ -10,8 +10,8 @@ from typing import Any
 
 import yaml
 
-from steadyload.layouts.limits import MAX_DEPTH, MAX_TEXT_LENGTH, MAX_YAML_VALUES
-from steadyload.layouts.record import FormatError, shown
+from steadyload.layouts.files.limits import MAX_DEPTH, MAX_TEXT_LENGTH, MAX_YAML_VALUES
+from steadyload.layouts.files.record import FormatError, shown
 
 try:
     from yaml import CSafeLoader as _Loader

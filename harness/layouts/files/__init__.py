@@ -1,0 +1,1 @@
+"""Layout files: their columns, dialects, records and limits."""
