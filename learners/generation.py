@@ -28,9 +28,9 @@ from steadyload.layouts.benchmark.tables import (
     SET_FILES,
     write_tables,
 )
-from steadyload.layouts.heuristics import HEURISTICS
 from steadyload.layouts.model.scenarios import Scenario
-from steadyload.layouts.packing import generate, make_instance
+from steadyload.layouts.packing.heuristics import HEURISTICS
+from steadyload.layouts.packing.packing import generate, make_instance
 from steadyload.learners import LearnerError
 from steadyload.learners.sequences import HeldOut, geometry_of
 from steadyload.methods.contract.method import Status

@@ -169,7 +169,7 @@ class Build:
         None, "item lists of every class (default: 17, planar 10, lists 30, choosing 20)", least=1
     )
     weights: str = option(
-        "paper", "default: paper", choices="steadyload.layouts.packing:WeightRule"
+        "paper", "default: paper", choices="steadyload.layouts.packing.packing:WeightRule"
     )
     planar: bool = option(
         False, "items span the full depth: a small set that a 2-D engine can judge"
@@ -196,7 +196,7 @@ class Build:
             PLANAR_OPTIONS,
             BuildOptions,
         )
-        from steadyload.layouts.packing import WeightRule
+        from steadyload.layouts.packing.packing import WeightRule
 
         standard = BuildOptions()
         for asked, options in (

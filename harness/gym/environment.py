@@ -14,7 +14,7 @@ from steadyload.gym.library import gymnasium
 from steadyload.gym.places import grid_of, heights_over, turned
 from steadyload.layouts.model.checks import is_number
 from steadyload.layouts.model.layout import SIDES, WEIGHTS, FloatArray, Item, Layout, Pallet, Vector
-from steadyload.layouts.packing import ITEM_CLASSES, WeightRule, make_instance, weigh
+from steadyload.layouts.packing.packing import ITEM_CLASSES, WeightRule, make_instance, weigh
 from steadyload.methods.contract.method import Method
 from steadyload.methods.session.session import LoadingSession
 
@@ -52,7 +52,7 @@ class OnlinePacking(gymnasium.Env[Observation, np.int64]):
         boxes: the boxes of every episode, in order; their positions and sequence numbers do not
             matter. None draws them anew in every episode.
         item_class: of the boxes that are drawn, a key of
-            :data:`steadyload.layouts.packing.ITEM_CLASSES`.
+            :data:`steadyload.layouts.packing.packing.ITEM_CLASSES`.
         box_count: of the boxes that are drawn; None for as many as the class has.
         method: that every placement has to be stable by.
         cell: side of a cell [cm]; None for a twentieth of the deck's longer side.

@@ -16,7 +16,7 @@ from hypothesis.strategies import DrawFn, SearchStrategy
 
 from steadyload.layouts.model.layout import Item, Layout, Pallet, Vector
 from steadyload.layouts.model.scenarios import Scenario, apply_scenario
-from steadyload.layouts.packing import DENSITY, ITEM_CLASSES, SPACE_RULES, pack
+from steadyload.layouts.packing.packing import DENSITY, ITEM_CLASSES, SPACE_RULES, pack
 
 _DEPTH = 20
 """Shared depth of planar layouts [cm]."""

@@ -22,7 +22,7 @@ from steadyload.layouts.formats import Reading, scan_layouts
 from steadyload.layouts.model.floor import FloorKind
 from steadyload.layouts.model.layout import Layout, LayoutError
 from steadyload.layouts.model.scenarios import Scenario, apply_scenario
-from steadyload.layouts.packing import drawn_layouts
+from steadyload.layouts.packing.packing import drawn_layouts
 from steadyload.methods.contract.spec import SpecError, parse_spec
 from steadyload.methods.registry import make_method
 from steadyload.reading import toml_of

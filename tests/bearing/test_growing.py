@@ -12,7 +12,7 @@ from steadyload.bearing.forces import Rectangles, Statics
 from steadyload.bearing.growing import GrowingStatics
 from steadyload.layouts.model.contacts import find_supports
 from steadyload.layouts.model.layout import Item, Layout, Pallet
-from steadyload.layouts.packing import random_layouts
+from steadyload.layouts.packing.packing import random_layouts
 
 
 def wall(rows, width, weights=None):

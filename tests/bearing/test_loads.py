@@ -12,7 +12,7 @@ from steadyload.errors import UnsolvedError
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.model.frame import Frame
 from steadyload.layouts.model.layout import Item, Layout, Pallet
-from steadyload.layouts.packing import random_layouts
+from steadyload.layouts.packing.packing import random_layouts
 from steadyload.numbers import NumberError
 from steadyload.time_limit import TimeoutExpiredError
 

@@ -8,7 +8,7 @@ import pytest
 
 from steadyload.engines.registry import world_class
 from steadyload.layouts import Item, Layout, Pallet
-from steadyload.layouts.packing import random_layouts
+from steadyload.layouts.packing.packing import random_layouts
 from steadyload.methods.registry import make_method
 from steadyload.methods.session.recording import record_loading
 from steadyload.methods.session.session import LoadingSession

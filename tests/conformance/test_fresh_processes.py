@@ -8,7 +8,7 @@ from steadyload.engines.registry import engine_names
 
 SCRIPT = """
 import json, sys
-from steadyload.layouts.packing import random_layouts
+from steadyload.layouts.packing.packing import random_layouts
 from steadyload.methods import make_method
 rows = []
 layouts = random_layouts(11, 9)

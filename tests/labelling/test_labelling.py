@@ -39,7 +39,7 @@ from steadyload.layouts.benchmark.tables import (
 )
 from steadyload.layouts.model.question import Question
 from steadyload.layouts.model.scenarios import Scenario
-from steadyload.layouts.packing import random_layouts
+from steadyload.layouts.packing.packing import random_layouts
 from steadyload.methods.registry import make_method
 
 SIZES = SplitSizes(test=4, validation=2, test_lists=2, validation_lists=1)

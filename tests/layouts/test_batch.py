@@ -14,7 +14,7 @@ from steadyload.layouts import Item, Layout, LayoutError, Pallet
 from steadyload.layouts.benchmark import BenchmarkError, load_benchmark
 from steadyload.layouts.model.batch import LayoutBatch
 from steadyload.layouts.model.layout import ARRAYS, TOLERANCE
-from steadyload.layouts.packing import random_layouts
+from steadyload.layouts.packing.packing import random_layouts
 from steadyload.properties.strategies import layouts as any_layouts
 
 PALLET = Pallet(100.0, 50.0, 100.0)

@@ -15,7 +15,7 @@ from steadyload.layouts.formats import Format, read_layouts, write_layouts
 from steadyload.layouts.model.batch import LayoutBatch
 from steadyload.layouts.model.floor import FloorError
 from steadyload.layouts.model.layout import LayoutError
-from steadyload.layouts.packing import random_layouts
+from steadyload.layouts.packing.packing import random_layouts
 from steadyload.layouts.writers import as_csv
 from steadyload.methods import make_method
 

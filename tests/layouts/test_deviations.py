@@ -13,7 +13,7 @@ from steadyload.layouts.model.deviations import (
     made_room,
 )
 from steadyload.layouts.model.layout import TOLERANCE
-from steadyload.layouts.packing import random_layouts
+from steadyload.layouts.packing.packing import random_layouts
 
 PALLET = Pallet(100.0, 100.0, 100.0)
 

@@ -12,7 +12,7 @@ from steadyload.kernels.growing import first_arrays
 from steadyload.layouts import Item, Layout, LayoutError, Pallet
 from steadyload.layouts.model.contacts import FLOOR, find_supports
 from steadyload.layouts.model.growing import GrowingLayout
-from steadyload.layouts.packing import random_layouts
+from steadyload.layouts.packing.packing import random_layouts
 from steadyload.methods.simulation.scene import neighbourhood
 from steadyload.properties.strategies import layouts, packings
 

@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
-from steadyload.layouts.heuristics import (
+from steadyload.layouts.packing.heuristics import (
     HEURISTICS,
     BinRule,
     Heuristic,
@@ -17,7 +17,7 @@ from steadyload.layouts.heuristics import (
     sizes_by_rule_axes,
     space_key,
 )
-from steadyload.layouts.spaces import without
+from steadyload.layouts.packing.spaces import without
 
 
 def heuristic(*, bins=BinRule.FIRST, space=1, placement=1):

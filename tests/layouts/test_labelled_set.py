@@ -12,9 +12,9 @@ from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.benchmark.build import BuildOptions, draw_case
 from steadyload.layouts.benchmark.dataset import SHIPPED
 from steadyload.layouts.benchmark.splits import SIZES, assign_splits
-from steadyload.layouts.heuristics import HEURISTICS
 from steadyload.layouts.model.scenarios import Scenario
-from steadyload.layouts.packing import make_instance, pack_instance
+from steadyload.layouts.packing.heuristics import HEURISTICS
+from steadyload.layouts.packing.packing import make_instance, pack_instance
 from steadyload.methods.contract.method import Status
 from steadyload.methods.registry import make_method
 

@@ -5,9 +5,9 @@ import hashlib
 import numpy as np
 import pytest
 
-from steadyload.layouts.heuristics import HEURISTICS, BinRule
 from steadyload.layouts.model.layout import Pallet
-from steadyload.layouts.packing import (
+from steadyload.layouts.packing.heuristics import HEURISTICS, BinRule
+from steadyload.layouts.packing.packing import (
     DENSITY,
     ITEM_CLASSES,
     MOST_ITEMS,

@@ -20,9 +20,9 @@ from steadyload.layouts.benchmark.build import (
 from steadyload.layouts.benchmark.dataset import SETS
 from steadyload.layouts.benchmark.overview import overview
 from steadyload.layouts.benchmark.splits import assign_splits
-from steadyload.layouts.heuristics import HEURISTICS
 from steadyload.layouts.model.scenarios import Scenario, apply_scenario
-from steadyload.layouts.packing import (
+from steadyload.layouts.packing.heuristics import HEURISTICS
+from steadyload.layouts.packing.packing import (
     ITEM_CLASSES,
     MOST_ITEMS,
     generate,

@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 from steadyload.layouts.benchmark import load_benchmark
-from steadyload.layouts.packing import make_instance
+from steadyload.layouts.packing.packing import make_instance
 from steadyload.learners import LeakError, LearnerError
 from steadyload.learners.features import FeatureKind, features
 from steadyload.learners.generation import (

@@ -8,7 +8,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from steadyload.layouts import Item, Layout, Pallet
-from steadyload.layouts.packing import random_layouts
+from steadyload.layouts.packing.packing import random_layouts
 from steadyload.learners.features import (
     SYMMETRIES,
     FeatureKind,

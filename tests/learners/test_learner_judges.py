@@ -402,7 +402,7 @@ def test_other_weights_are_another_judge(weights, tmp_path):
 def test_preparing_compiles_all_that_judging_runs(weights):
     """A time of the first layout is not one of compilation."""
     script = f"""
-from steadyload.layouts.packing import random_layouts
+from steadyload.layouts.packing.packing import random_layouts
 from steadyload.methods.registry import make_method
 from steadyload.learners import features, inference, ranges, support
 functions = [
@@ -431,7 +431,7 @@ def test_neither_listing_nor_judging_imports_torch(weights):
     assert {p.name for p in listed["lstm_e"].parameters} >= {"weights", "threshold", "outside"}
     script = f"""
 import sys
-from steadyload.layouts.packing import random_layouts
+from steadyload.layouts.packing.packing import random_layouts
 from steadyload.methods.registry import make_method, method_listing
 method_listing()
 method = make_method("lstm_e:weights={weights}")

@@ -12,7 +12,7 @@ import pytest
 
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.model.question import Question
-from steadyload.layouts.packing import random_layouts
+from steadyload.layouts.packing.packing import random_layouts
 from steadyload.methods import registry
 from steadyload.methods.cascade.cascade import Cascade
 from steadyload.methods.cascade.thresholds import (

@@ -9,7 +9,7 @@ from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.model.deviations import deviated
 from steadyload.layouts.model.scenarios import Scenario, apply_scenario
 from steadyload.layouts.model.snapping import snap
-from steadyload.layouts.packing import random_layouts
+from steadyload.layouts.packing.packing import random_layouts
 from steadyload.methods.equilibrium.margins import margins
 from steadyload.methods.registry import make_method
 from steadyload.methods.session.session import LoadingSession

@@ -10,7 +10,7 @@ from steadyload.cli import main
 from steadyload.engines.registry import ENGINES, EngineEntry
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.formats import Format, write_layouts
-from steadyload.layouts.packing import random_layouts
+from steadyload.layouts.packing.packing import random_layouts
 from steadyload.methods import envelope as module
 from steadyload.methods.contract.verdict import Verdict
 from steadyload.methods.doubt import doubt

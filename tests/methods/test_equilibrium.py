@@ -9,7 +9,7 @@ from scipy.optimize import linprog
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.model.contacts import find_contacts
 from steadyload.layouts.model.scenarios import Scenario
-from steadyload.layouts.packing import random_layouts
+from steadyload.layouts.packing.packing import random_layouts
 from steadyload.methods import make_method
 from steadyload.methods.contract.spec import SpecError
 from steadyload.methods.contract.stopwatch import Stopwatch

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from steadyload.layouts import Item, Layout, Pallet
-from steadyload.layouts.packing import random_layouts
+from steadyload.layouts.packing.packing import random_layouts
 from steadyload.methods.contract.method import Status, Verdict
 from steadyload.methods.registry import make_method
 from steadyload.methods.session.recording import (

@@ -6,7 +6,7 @@ import pytest
 from steadyload.engines.registry import engine_names, world_class
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.model.contacts import find_contacts
-from steadyload.layouts.packing import random_layouts
+from steadyload.layouts.packing.packing import random_layouts
 from steadyload.methods import Status, make_method
 from steadyload.methods.contract.method import Effort
 from steadyload.methods.simulation.scene import boxes, joined_groups, neighbourhood, planar_scene

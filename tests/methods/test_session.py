@@ -16,7 +16,7 @@ from steadyload.engines.world import EngineError
 from steadyload.kernels.growing import ARRAYS
 from steadyload.layouts import Item, Layout, LayoutError, Pallet
 from steadyload.layouts.model.contacts import find_supports
-from steadyload.layouts.packing import random_layouts
+from steadyload.layouts.packing.packing import random_layouts
 from steadyload.methods import Status
 from steadyload.methods.contract.method import STABLE, Finding, Method, Seconds, WholeLoader
 from steadyload.methods.contract.spec import MethodSpec

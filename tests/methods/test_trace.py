@@ -5,7 +5,7 @@ import pytest
 
 from steadyload.engines.world import EngineError
 from steadyload.layouts import Item, Layout, Pallet
-from steadyload.layouts.packing import random_layouts
+from steadyload.layouts.packing.packing import random_layouts
 from steadyload.methods.contract.method import Status
 from steadyload.methods.registry import make_method
 from steadyload.methods.simulation.criteria import Criterion

@@ -19,7 +19,7 @@ from distributed import Client, Security
 from distributed.comm import connect
 
 from steadyload.layouts.formats import Format, write_layouts
-from steadyload.layouts.packing import random_layouts
+from steadyload.layouts.packing.packing import random_layouts
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.pool import (
     ExecutorError,

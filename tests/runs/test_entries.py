@@ -12,7 +12,7 @@ from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.files.record import FormatError, Refused
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.model.layout import ARRAYS
-from steadyload.layouts.packing import random_layouts
+from steadyload.layouts.packing.packing import random_layouts
 from steadyload.methods.registry import make_method
 from steadyload.runs import entries as kept
 from steadyload.runs.entries import Entries, scan_entries

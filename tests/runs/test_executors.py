@@ -14,7 +14,7 @@ import pandas as pd
 import pytest
 
 from steadyload.layouts.formats import Format, write_layouts
-from steadyload.layouts.packing import random_layouts
+from steadyload.layouts.packing.packing import random_layouts
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.pool import PartLimit, Processes, WorkerDiedError, run_units
 from steadyload.runs.results import ResultsError, load_results

@@ -22,7 +22,7 @@ import pytest
 from steadyload.labelling import label_rows, labelling, screening
 from steadyload.layouts.benchmark import Part
 from steadyload.layouts.model.layout import Layout
-from steadyload.layouts.packing import random_layouts
+from steadyload.layouts.packing.packing import random_layouts
 from steadyload.learners.generation import GenerationOptions, ListUnit
 from steadyload.learners.plans.plan import Plan, PlannedTraining
 from steadyload.learners.plans.trainings import Workshop

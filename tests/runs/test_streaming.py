@@ -13,7 +13,7 @@ from steadyload.layouts.formats import (
     write_layouts,
 )
 from steadyload.layouts.model.layout import Layout, LayoutError
-from steadyload.layouts.packing import random_layouts
+from steadyload.layouts.packing.packing import random_layouts
 from steadyload.reports.writing import write_page
 from steadyload.runs.definition import StudyDefinition, StudyError
 from steadyload.runs.results import KEYS, ResultsError, each_shard, load_results

@@ -20,7 +20,7 @@ from steadyload.engines.registry import ENGINES, EngineEntry, installed_versions
 from steadyload.engines.world import EngineNotInstalledError
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.model.layout import LayoutError
-from steadyload.layouts.packing import random_layouts
+from steadyload.layouts.packing.packing import random_layouts
 from steadyload.methods import Status
 from steadyload.methods.contract.method import judge
 from steadyload.methods.registry import make_method

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import pytest
 
 from steadyload.engines.quantities import quantity
-from steadyload.layouts.packing import random_layouts
+from steadyload.layouts.packing.packing import random_layouts
 from steadyload.methods import registry
 from steadyload.methods.contract.method import STABLE, Method
 from steadyload.runs.results import ResultsError

@@ -8,7 +8,7 @@ from scipy.stats import binom, binomtest, norm, truncnorm
 
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.benchmark import load_benchmark
-from steadyload.layouts.packing import random_layouts
+from steadyload.layouts.packing.packing import random_layouts
 from steadyload.methods.contract.method import Status
 from steadyload.methods.contract.spec import SpecError
 from steadyload.methods.registry import make_method

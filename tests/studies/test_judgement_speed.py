@@ -9,7 +9,7 @@ import pytest
 from steadyload.cli import main
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.model.layout import Layout, LayoutError
-from steadyload.layouts.packing import random_layouts
+from steadyload.layouts.packing.packing import random_layouts
 from steadyload.methods.contract.method import Status, Trait, Verdict
 from steadyload.methods.registry import make_method
 from steadyload.methods.session.session import LoadingSession

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from steadyload.config import ConfigError
-from steadyload.layouts.packing import random_layouts
+from steadyload.layouts.packing.packing import random_layouts
 from steadyload.reports.columns import row
 from steadyload.runs.pool import IN_THIS_PROCESS
 from steadyload.runs.provenance import key_of

@@ -17,8 +17,8 @@ from steadyload.labelling.paper_labels import (
 )
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.benchmark.paper_files import FileOptions, make_files
-from steadyload.layouts.heuristics import Heuristic
-from steadyload.layouts.packing import HEURISTICS, WeightRule, make_instance, pack_instance
+from steadyload.layouts.packing.heuristics import Heuristic
+from steadyload.layouts.packing.packing import HEURISTICS, WeightRule, make_instance, pack_instance
 from steadyload.methods.registry import make_method
 from steadyload.studies.replication.memoriser import Memoriser
 from steadyload.studies.replication.splits import (

@@ -15,7 +15,7 @@ import torch
 from steadyload.atomic import CHECKSUM_DIGITS
 from steadyload.labelling.paper_labels import Labelling
 from steadyload.layouts.benchmark.paper_files import FileOptions
-from steadyload.layouts.heuristics import Heuristic
+from steadyload.layouts.packing.heuristics import Heuristic
 from steadyload.learners.network import LstmNetwork
 from steadyload.learners.scoring import items_safe
 from steadyload.methods.registry import make_method

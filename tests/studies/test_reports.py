@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import pytest
 
 from steadyload.layouts.formats import Format, write_layouts
-from steadyload.layouts.packing import random_layouts
+from steadyload.layouts.packing.packing import random_layouts
 from steadyload.methods.naming import MethodKey
 from steadyload.reports.charts.front import front
 from steadyload.reports.interactive import CostPoint

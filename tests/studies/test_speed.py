@@ -5,7 +5,7 @@ import math
 import pytest
 
 from steadyload.engines.registry import engines_here, world_class
-from steadyload.layouts.packing import random_layouts
+from steadyload.layouts.packing.packing import random_layouts
 from steadyload.methods.simulation.scene import planar_scene
 from steadyload.reports.writing import write_page
 from steadyload.studies.engines import speed

@@ -3,8 +3,8 @@
 import pytest
 
 from steadyload.cli import main
-from steadyload.layouts.heuristics import HEURISTICS, pack_bins
-from steadyload.layouts.packing import ITEM_CLASSES, SPACE_RULES, make_instance, pack
+from steadyload.layouts.packing.heuristics import HEURISTICS, pack_bins
+from steadyload.layouts.packing.packing import ITEM_CLASSES, SPACE_RULES, make_instance, pack
 from steadyload.methods import make_method
 from steadyload.methods.contract import stopwatch
 from steadyload.reports.writing import write_page

@@ -49,7 +49,7 @@ from steadyload.layouts.benchmark.tables import (
 )
 from steadyload.layouts.model.layout import Layout
 from steadyload.layouts.model.scenarios import Scenario
-from steadyload.layouts.packing import MOST_ITEMS
+from steadyload.layouts.packing.packing import MOST_ITEMS
 
 _PACKED = re.compile(r"H\d+_(Class_(\d+)_Instance_\d+)_ULD_\d+")
 _HEURISTIC, _DEVICE = re.compile(r"^H\d+_"), re.compile(r"_(?:ULD|ake|pmc|pge)_?.*$", re.I)

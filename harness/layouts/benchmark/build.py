@@ -12,7 +12,7 @@ from steadyload.layouts.benchmark.dataset import row_of
 from steadyload.layouts.benchmark.splits import SIZES, SplitSizes
 from steadyload.layouts.model.layout import Layout
 from steadyload.layouts.model.scenarios import Scenario, apply_scenario
-from steadyload.layouts.packing import (
+from steadyload.layouts.packing.packing import (
     ITEM_CLASSES,
     PackedLayout,
     WeightRule,
@@ -40,7 +40,7 @@ class BuildOptions:
             has 32 instead of 64: splits and intervals are by item list, and this gives more.
         weights: how heavy items are.
         planar: every layout is a planar scene in every scenario; see
-            :class:`steadyload.layouts.packing.Instance` and
+            :class:`steadyload.layouts.packing.packing.Instance` and
             :func:`steadyload.layouts.model.scenarios.apply_scenario`.
         fewest_items: layouts of fewer are left out, 1 or more.
         splits: what is held out once the set is labelled.

@@ -15,10 +15,10 @@ from functools import cached_property
 import pandas as pd
 
 from steadyload.layouts.benchmark.build import draw_case
-from steadyload.layouts.heuristics import HEURISTICS, Heuristic
 from steadyload.layouts.model.layout import Layout
 from steadyload.layouts.model.scenarios import Scenario
-from steadyload.layouts.packing import ITEM_CLASSES, WeightRule, generate, make_instance
+from steadyload.layouts.packing.heuristics import HEURISTICS, Heuristic
+from steadyload.layouts.packing.packing import ITEM_CLASSES, WeightRule, generate, make_instance
 
 QUICK = 3
 """The quick run takes every file of this number, and their labels are made first."""

@@ -18,7 +18,7 @@ import numpy as np
 
 from steadyload.engines.registry import engines_here, open_world, world_class
 from steadyload.layouts.model.layout import Item, Layout, Pallet
-from steadyload.layouts.packing import random_boxes, random_layouts
+from steadyload.layouts.packing.packing import random_boxes, random_layouts
 from steadyload.methods.contract.method import Status, Verdict
 from steadyload.methods.registry import make_method
 from steadyload.methods.simulation.scene import boxes

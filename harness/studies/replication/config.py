@@ -30,7 +30,7 @@ class ReplicationConfig:
     seed: int = option(0, "of the splits (default: 0)", least=0)
     weights: str = option(
         "paper", "of items: proportional to the volume, or as in the authors' code",
-        choices="steadyload.layouts.packing:WeightRule",
+        choices="steadyload.layouts.packing.packing:WeightRule",
     )  # fmt: skip
     methods: tuple[str, ...] = methods_option(
         "may be repeated (default: rules, readings of the paper's simulations, ours)"
@@ -59,7 +59,7 @@ class ReplicationStudy(Study[ReplicationConfig, Any]):
         """The summary of what was judged and trained; of labels alone how many there are."""
         from steadyload.labelling.paper_labels import label_files
         from steadyload.layouts.benchmark.paper_files import FileOptions, make_files
-        from steadyload.layouts.packing import WeightRule
+        from steadyload.layouts.packing.packing import WeightRule
         from steadyload.learners import require_training
 
         files = FileOptions(weights=WeightRule(config.weights))

@@ -9,9 +9,9 @@ from itertools import chain
 from pathlib import Path
 from typing import Any
 
-from steadyload.layouts.heuristics import HEURISTICS, Heuristic
 from steadyload.layouts.model.layout import Layout
-from steadyload.layouts.packing import ITEM_CLASSES, make_instance
+from steadyload.layouts.packing.heuristics import HEURISTICS, Heuristic
+from steadyload.layouts.packing.packing import ITEM_CLASSES, make_instance
 from steadyload.methods.contract.method import Method, Verdict
 from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.registry import make_method

@@ -6,10 +6,10 @@ import time
 from contextlib import ExitStack
 from dataclasses import dataclass
 
-from steadyload.layouts.heuristics import Heuristic, pack_bins
 from steadyload.layouts.model.layout import Item, Layout
-from steadyload.layouts.packing import Instance, WeightRule, packed_item, source_name
-from steadyload.layouts.spaces import Space
+from steadyload.layouts.packing.heuristics import Heuristic, pack_bins
+from steadyload.layouts.packing.packing import Instance, WeightRule, packed_item, source_name
+from steadyload.layouts.packing.spaces import Space
 from steadyload.methods.contract.method import Method
 from steadyload.methods.registry import make_method
 from steadyload.methods.session.session import LoadingSession

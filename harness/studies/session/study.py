@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from steadyload.layouts.model.layout import Item, Layout, Pallet
-from steadyload.layouts.packing import random_boxes
+from steadyload.layouts.packing.packing import random_boxes
 from steadyload.methods.contract.method import Method
 from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.registry import make_method

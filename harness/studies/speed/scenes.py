@@ -12,7 +12,7 @@ from steadyload.layouts.benchmark.dataset import Part, load_benchmark
 from steadyload.layouts.files.record import shown
 from steadyload.layouts.formats import read_layouts
 from steadyload.layouts.model.layout import Item, Layout, LayoutError, Pallet
-from steadyload.layouts.packing import random_boxes
+from steadyload.layouts.packing.packing import random_boxes
 from steadyload.methods.contract.method import Method, Status
 
 LABELLED = str(Part.VALIDATION)

@@ -19,7 +19,7 @@ from itertools import permutations
 
 from steadyload.errors import UserError
 from steadyload.layouts.model.layout import Vector
-from steadyload.layouts.spaces import Space, volume, without
+from steadyload.layouts.packing.spaces import Space, volume, without
 
 SPACES_COMPARED = 3
 """How many spaces the placement rules 4 and 5 look at: the first that hold the item."""

@@ -19,7 +19,9 @@ from itertools import islice, permutations
 import numpy as np
 
 from steadyload.errors import UserError
-from steadyload.layouts.heuristics import (
+from steadyload.layouts.model.layout import Item, Layout, Pallet, Vector
+from steadyload.layouts.model.scenarios import Scenario, apply_scenario
+from steadyload.layouts.packing.heuristics import (
     HEURISTICS,
     BinRule,
     Heuristic,
@@ -27,9 +29,7 @@ from steadyload.layouts.heuristics import (
     layout_corners,
     pack_bins,
 )
-from steadyload.layouts.model.layout import Item, Layout, Pallet, Vector
-from steadyload.layouts.model.scenarios import Scenario, apply_scenario
-from steadyload.layouts.spaces import Space, volume, without
+from steadyload.layouts.packing.spaces import Space, volume, without
 
 DENSITY = 250.0
 """kg/m3. The paper's weights are proportional to volume; it names no density."""
@@ -404,7 +404,7 @@ def random_boxes(
         name: of the layout.
         count: number of boxes; a larger number starts with the same boxes.
         pallet: holds them all.
-        rule: a key of :data:`steadyload.layouts.packing.SPACE_RULES`.
+        rule: a key of :data:`steadyload.layouts.packing.packing.SPACE_RULES`.
         seed: of their sizes.
         support: share of every base that is supported, 0 to 1.
     """
