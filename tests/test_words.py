@@ -1,10 +1,13 @@
-"""One word for one idea: docstrings say what a thing is, and names keep to docs/glossary.md."""
+"""One word for one idea: docstrings say what a thing is, names and prose keep to the glossary."""
 
 import ast
+import dataclasses
 import re
 from pathlib import Path
 
 import pytest
+
+from steadyload.cli.commands import TOPICS, commands
 
 ROOT = Path(__file__).parents[1]
 FOLDERS = ("engines", "harness", "learners", "reports")
@@ -30,7 +33,7 @@ def words(name):
 
 def forbidden_names(glossary):
     """Words no name may have, and names that no module may have, from the table of the glossary."""
-    table = glossary.partition("## Words not to use")[2]
+    table = glossary.partition("## Words not to use")[2].partition("\n## ")[0]
     anywhere, modules = set(), set()
     for row in re.findall(r"^\|[^|]+\|[^|]+\|([^|]+)\|$", table, re.MULTILINE)[2:]:
         names = re.findall(r"`(\w+)`", row)
@@ -83,3 +86,58 @@ def test_the_table_is_read():
 )
 def test_an_offence_is_found(where, code, found):
     assert list(offences(Path(where), ast.parse(code), ANYWHERE, MODULES)) == found
+
+
+def phrases_not_to_use(glossary):
+    """An expression that finds any phrase of the last column of the table of the glossary."""
+    table = glossary.partition("## Phrases not to use")[2]
+    rows = re.findall(r"^\|[^|]+\|[^|]+\|([^|]+)\|$", table, re.MULTILINE)[2:]
+    phrases = [phrase for row in rows for phrase in re.findall("`([^`]+)`", row)]
+    spaced = "|".join(phrase.replace(" ", r"\s+") for phrase in phrases)
+    return re.compile(rf"\b(?:{spaced})\b", re.IGNORECASE)
+
+
+PHRASES = phrases_not_to_use((ROOT / "docs" / "glossary.md").read_text())
+
+PROSE = [
+    *sorted((ROOT / "docs").glob("*.md")),
+    ROOT / "README.md",
+    ROOT / "CHANGELOG.md",
+    *(path for folder in FOLDERS for path in sorted((ROOT / folder).rglob("*.md.j2"))),
+]
+
+
+def said(text):
+    """Text without code blocks and the tables of the glossary."""
+    text = re.sub(r"^```.*?^```", "", text, flags=re.MULTILINE | re.DOTALL)
+    return text.partition("## Words not to use")[0]
+
+
+@pytest.mark.parametrize("path", PROSE, ids=lambda path: str(path.relative_to(ROOT)))
+def test_prose_is_plain(path):
+    assert PHRASES.findall(said(path.read_text())) == []
+
+
+def helps():
+    """Command -> its summary and the help of its flags; and topic -> its summary."""
+    for words, command in commands().items():
+        fields = dataclasses.fields(command.load())
+        yield words, " ".join([command.about, *(one.metadata.get("about", "") for one in fields)])
+    yield from ((topic, about) for topic, (about, _) in TOPICS.items())
+
+
+UNEDITED = {"sensitivity", "uncertain", "verify convergence", "compare-limits"}
+"""Commands of studies whose prose is still to be edited. This set may only shrink."""
+
+
+def test_helps_are_plain():
+    texts = dict(helps())
+    assert len(texts) > 40
+    found = {words: PHRASES.findall(text) for words, text in texts.items()}
+    assert {words for words, phrases in found.items() if phrases} == UNEDITED
+
+
+def test_a_phrase_is_found():
+    assert PHRASES.findall(said("It hangs\non this.\n```\ntold\n```\nDART is Asked.")) == [
+        "hangs\non", "is Asked",
+    ]  # fmt: skip

@@ -65,7 +65,7 @@ def check(
         method: spec of the method that answers.
         timeout: CPU seconds that it and the look for crushed boxes may take.
         transport: a rule of the road that the complete load is asked to hold, such as ``en12195``,
-            or a TOML file of one; by the method where it knows accelerations, else by
+            or a TOML file of one; by the method where it judges accelerations, else by
             :data:`steadyload.transport.limits.EXACT`.
         gaps_cm: how far a box that has nothing under it may drop [cm], 0 or more; a load that
             stands else, and has a larger gap, ``hovers``. None for any gap.

@@ -55,7 +55,7 @@ class Check(ReadingFlags):
     )  # fmt: skip
     transport: str | None = option(
         None, "does the complete load hold this rule of the road, too? en12195, eumos40509, tilt, "
-        "or a TOML file; by the method if it knows accelerations, else by the equilibrium",
+        "or a TOML file; by the method if it judges accelerations, else by equilibrium",
         metavar="RULE",
     )  # fmt: skip
     json: bool = option(False, "print one JSON array of records, units in the names")

@@ -41,8 +41,8 @@ class ReadingFlags:
         choices=_WORDS + "OTHER_COLUMNS",
     )  # fmt: skip
     order: str | None = option(
-        None, "what tells the order of loading: the column sequence, which counts from 0 (default: "
-        "column) or from 1, or the order of the rows",
+        None, "what the order of loading is read from: the column sequence, which counts from 0 "
+        "(default: column) or from 1, or the order of the rows",
         choices=_WORDS + "ORDERS",
     )  # fmt: skip
     pallet: str | None = option(

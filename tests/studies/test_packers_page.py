@@ -252,9 +252,9 @@ def test_the_page_says_it_all(real, tmp_path, capsys):
     assert capsys.readouterr().out == f"{tmp_path}/page/report.md\n"
     text = (tmp_path / "page" / "report.md").read_text()
     first = text.split("\n\n")[1]
-    assert "plans stand: PackingSolver 0.0" in first
+    assert "centres of mass in the middle: PackingSolver 0.0" in first
     assert "Of 11 plans 2 have no label yet and are left out." in first
-    assert "By height. A packer says" in text
+    assert "By height. A packer gives" in text
     assert "py3dbp 1.1.2" in text
     assert "A label is one verdict of the reference simulator." in text
     assert "box 1 moves 0.3 cm and 1.7 degrees within 0.3 s, and too far later" in text

@@ -23,7 +23,7 @@ class LearnedConfig:
         None, "part of the labelled set, such as validation (default: the plan's)", metavar="PART"
     )
     foreign: tuple[Path, ...] = option(
-        (), "layouts of another kind, of which learners are asked, too", metavar="FILE", fewest=0
+        (), "layouts of another kind, which learners judge, too", metavar="FILE", fewest=0
     )
     limit: int | None = option(None, "judge only the first N cases a scenario", least=2)
 

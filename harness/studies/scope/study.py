@@ -24,7 +24,7 @@ class Scope(Study["Found"]):
         300, "that are drawn of train and validation, evenly over sources (default: 300)", least=1
     )
     standing_cases: int = option(
-        300, "of them that are asked whether the load stands (default: 300)", least=1
+        300, "of them that are judged for the question stands (default: 300)", least=1
     )
     seconds: float = option(
         30.0, "CPU time that a verdict may take (default: 30)", unit="s", least=0.001
