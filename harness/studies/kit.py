@@ -7,25 +7,15 @@ module imports neither what judges nor what draws, so that help on a command is 
 
 from __future__ import annotations
 
-import dataclasses
 import inspect
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import (
-    TYPE_CHECKING,
-    Any,
-    ClassVar,
-    Generic,
-    NamedTuple,
-    Protocol,
-    Self,
-    TypeVar,
-    dataclass_transform,
-)
+from typing import TYPE_CHECKING, ClassVar, Generic, Protocol, TypeVar, dataclass_transform
 
-from steadyload.config import bind, methods_option, operand, option, set_option
+from steadyload.config import methods_option, operand, option, set_option
+from steadyload.runs.asked import Asked, Measured, asked, kept_rows
 from steadyload.studies.study import Progress, PublishedPage, silent
 
 if TYPE_CHECKING:
@@ -41,75 +31,6 @@ __all__ = [
 ]  # fmt: skip
 
 R = TypeVar("R")
-
-_WORD = "word of the key"
-_MADE_WITH = "made_with"
-
-
-def asked(word: str) -> Any:
-    """A field of an :class:`Asked` with a word of its own in the key.
-
-    Args:
-        word: in the place of the field's name, as rows that were kept earlier have it.
-    """
-    return field(metadata={_WORD: word})
-
-
-@dataclass_transform(frozen_default=True, field_specifiers=(asked,))
-class Asked(ABC, Generic[R]):
-    """Base of what is measured once and kept. All fields are the key, and what the class states:
-    ``class Size(Asked[Point], question="scale", methods=METHODS)``.
-    """
-
-    stated: ClassVar[Mapping[str, Any]]
-
-    def __init_subclass__(cls, *, question: str, **constants: Any) -> None:
-        dataclass(frozen=True)(cls)
-        cls.stated = {"question": question, **constants}
-
-    @property
-    def key(self) -> str:
-        """The key of its row."""
-        from steadyload.runs.provenance import key_of
-
-        fields = dataclasses.fields(self)  # type: ignore[arg-type]
-        own = {one.metadata.get(_WORD, one.name): getattr(self, one.name) for one in fields}
-        return key_of({**self.stated, **{word: _plain(value) for word, value in own.items()}})
-
-    def describe(self, part: int) -> str:
-        """Description for messages."""
-        return ", ".join(f"{name} {value}" for name, value in vars(self).items())
-
-    @abstractmethod
-    def measure(self) -> R:
-        """The row that is found; its fields are kept."""
-
-    def __len__(self) -> int:
-        return 1
-
-    def without(self, done: int) -> Self:
-        """See :meth:`steadyload.runs.pool.WorkUnit.without`."""
-        return self
-
-
-def _plain(value: Any) -> Any:
-    """A value as JSON can hold it; of a layout the hash of its content."""
-    if hasattr(value, "content_hash"):
-        return value.content_hash()
-    if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        return {one.name: _plain(getattr(value, one.name)) for one in dataclasses.fields(value)}
-    if isinstance(value, Mapping):
-        return {key: _plain(inner) for key, inner in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(inner) for inner in value]
-    return str(value) if isinstance(value, Path) else value
-
-
-class Measured(NamedTuple, Generic[R]):
-    """Rows in the order in which they were asked for, and the provenance of the last one."""
-
-    rows: list[R]
-    made_with: Mapping[str, str]
 
 
 @dataclass(frozen=True)
@@ -134,36 +55,22 @@ class Lab:
         folder: str = "measured",
         parallel: bool = False,
     ) -> Measured[R]:
-        """Measure what is not kept yet, and read the rest, however fast the code has become.
+        """Measure what is not kept yet, and read the rest: see :func:`kept_rows`.
 
         Args:
             units: one or more.
-            row: class of the rows. Fields of a row that are named as fields of what is asked are
-                not stored twice.
+            row: class of the rows.
             folder: of the kept rows, in the work folder.
             parallel: measure in as many processes as :attr:`workers`; times that compete for a
                 processor are no times, so that by default one after the other is measured here.
-
-        Raises:
-            ResultsError: see :func:`steadyload.runs.store.kept_records`.
         """
-        from steadyload.runs.pool import IN_THIS_PROCESS
-        from steadyload.runs.store import kept_records
-
-        found = kept_records(
+        return kept_rows(
             self.work / folder,
             units,
-            _kept,
-            workers=self.workers if parallel else IN_THIS_PROCESS,
+            row,
+            workers=self.workers if parallel else 0,
             progress=lambda *done: self.progress("measuring", *done),
         )
-        names = [one.name for one in dataclasses.fields(row)]  # type: ignore[arg-type]
-        rows = []
-        for unit, stored in zip(units, found, strict=True):
-            known = vars(unit) | stored
-            own = {name: known[name] for name in names if name in known}
-            rows.append(bind(row, own, f"kept row {unit.key}"))
-        return Measured(rows, found[-1].get(_MADE_WITH, {}))
 
     def judge(
         self,
@@ -222,15 +129,6 @@ class Lab:
             judged if question is None else judged.asked(question),
             source=None if costs is None else CostSource(costs),
         )
-
-
-def _kept(unit: Asked[Any]) -> Iterator[dict[str, Any]]:
-    from steadyload.runs.provenance import provenance_lines
-
-    made_with = provenance_lines()  # of the code that measures
-    found, known = dataclasses.asdict(unit.measure()), vars(unit)
-    own = {k: v for k, v in found.items() if k not in known or known[k] != v}
-    yield {**own, _MADE_WITH: made_with}
 
 
 class Found(Protocol):

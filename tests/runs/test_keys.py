@@ -31,6 +31,7 @@ from steadyload.properties import closed_forms as measuring
 from steadyload.properties.property import MethodUnderTest
 from steadyload.properties.registry import PROPERTIES
 from steadyload.runs import timing, units
+from steadyload.runs.asked import Asked
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.timing import Turn
 from steadyload.runs.units import made_now, study_units
@@ -38,7 +39,6 @@ from steadyload.runs.verdict_reliability import Sampling
 from steadyload.studies.closed_forms import study as closed_forms
 from steadyload.studies.engines.speed import SpeedUnit, ThroughputUnit
 from steadyload.studies.extremes.study import CellUnit
-from steadyload.studies.kit import Asked
 from steadyload.studies.learned import batches, judged
 from steadyload.studies.learned.batches import BatchUnit
 from steadyload.studies.learned.judged import JudgedPart
@@ -291,7 +291,7 @@ def unit_classes():
             break
         found |= more
     protocols = {name for name in found if "Protocol" in heads[name]}
-    return sorted(found - protocols - {"runs.pool.SinglePart", "studies.kit.Asked"})
+    return sorted(found - protocols - {"runs.pool.SinglePart", "runs.asked.Asked"})
 
 
 def short(name):
@@ -377,7 +377,7 @@ def test_every_field_and_constant_of_what_is_asked_is_in_its_key(name, monkeypat
     assert not left_out, "every field of what is asked is in its key"
     for name, value in stated.items():
         monkeypatch.setattr(kind, "stated", {**stated, name: altered(value)})
-        others[name] = asked.key
+        others[name] = replace(asked).key
     assert len({key, *others.values()}) == len(others) + 1
 
 

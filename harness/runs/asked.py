@@ -1,0 +1,168 @@
+"""Units of work of which every field is part of the key, and the keeping of their rows.
+
+This module imports neither what judges nor what stores, so that help on a command is quick.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property, partial
+from pathlib import Path
+from typing import (
+    TYPE_CHECKING,
+    Any,
+    ClassVar,
+    Generic,
+    NamedTuple,
+    Self,
+    TypeVar,
+    dataclass_transform,
+)
+
+from steadyload.config import bind
+
+if TYPE_CHECKING:
+    from steadyload.runs.pool import Executor
+    from steadyload.runs.store import Progress
+
+R = TypeVar("R")
+
+_WORD, _SAID = "word of the key", "value in the key"
+_MADE_WITH = "made_with"
+
+
+def asked(word: str = "", *, said: Callable[[Any], Any] | None = None) -> Any:
+    """A field of a :class:`Keyed` that is in the key in its own way, as earlier rows have it.
+
+    Args:
+        word: in the place of the field's name; empty for that.
+        said: makes what the key holds of the value, which JSON can hold; None for all of it.
+    """
+    return field(metadata={_WORD: word, _SAID: said or _plain})
+
+
+@dataclass_transform(frozen_default=True, field_specifiers=(asked,))
+class Keyed:
+    """Base of units of work whose key is all of their fields, and what the class states:
+    ``class Size(Asked[Point], question="scale", methods=METHODS)``.
+
+    Attributes:
+        stated: the question, and constants that results depend on, by their word in the key.
+        prefix: of the key, as earlier rows have it.
+    """
+
+    stated: ClassVar[Mapping[str, Any]]
+    prefix: ClassVar[str]
+
+    def __init_subclass__(cls, *, question: str = "", prefix: str = "", **constants: Any) -> None:
+        super().__init_subclass__()
+        dataclass(frozen=True)(cls)
+        cls.stated, cls.prefix = {"question": question, **constants}, prefix
+
+    @cached_property
+    def key(self) -> str:
+        """The key of its results."""
+        from steadyload.runs.provenance import key_of
+
+        own = {}
+        for one in dataclasses.fields(self):  # type: ignore[arg-type]
+            said = one.metadata.get(_SAID, _plain)
+            own[one.metadata.get(_WORD) or one.name] = said(getattr(self, one.name))
+        return self.prefix + key_of({**self.stated, **own})
+
+    def describe(self, part: int) -> str:
+        """Description for messages."""
+        return ", ".join(f"{name} {value}" for name, value in _values(self).items())
+
+
+class Asked(Keyed, ABC, Generic[R]):
+    """Base of what is measured once and kept: a unit of one part, with one row."""
+
+    @abstractmethod
+    def measure(self) -> R:
+        """The row that is found; its fields are kept."""
+
+    def __len__(self) -> int:
+        return 1
+
+    def without(self, done: int) -> Self:
+        """See :meth:`steadyload.runs.pool.WorkUnit.without`."""
+        return self
+
+
+def _values(unit: Any) -> dict[str, Any]:
+    """The fields of a dataclass, by name."""
+    return {one.name: getattr(unit, one.name) for one in dataclasses.fields(unit)}
+
+
+def _plain(value: Any) -> Any:
+    """A value as JSON can hold it; of a layout the hash of its content."""
+    if hasattr(value, "content_hash"):
+        return value.content_hash()
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return _plain(_values(value))
+    if isinstance(value, Mapping):
+        return {key: _plain(inner) for key, inner in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(inner) for inner in value]
+    return str(value) if isinstance(value, Path) else value
+
+
+class Measured(NamedTuple, Generic[R]):
+    """Rows in the order in which they were asked for, and the provenance of the last one."""
+
+    rows: list[R]
+    made_with: Mapping[str, str]
+
+
+def kept_rows(
+    folder: Path,
+    units: Sequence[Asked[R]],
+    row: type[R],
+    *,
+    measure: Callable[[Any], R] | None = None,
+    workers: int | Executor = 0,
+    progress: Progress = lambda done, total: None,
+) -> Measured[R]:
+    """Measure what is not kept yet, and read the rest, however fast the code has become.
+
+    Args:
+        folder: of the rows; the folder that it lies in is locked.
+        units: one or more.
+        row: class of the rows. Fields of a row that are named as fields of what is asked are not
+            stored twice.
+        measure: measures a unit that is to be given something besides its fields; None for
+            :meth:`Asked.measure`.
+        workers: see :func:`steadyload.runs.pool.run_units`.
+        progress: called with rows done and rows in all.
+
+    Raises:
+        ResultsError: another run is at work in the folder, or a unit ended its process.
+        ConfigError: a row that is kept is of another form.
+    """
+    from steadyload.runs.store import JSON, Store, locked
+
+    with locked(folder.parent):
+        store: Store[dict[str, Any], list[dict[str, Any]]] = Store(folder, JSON)
+        store.complete(units, partial(_kept, measure), workers=workers, progress=progress)
+        found = [store.read(unit.key)[0] for unit in units]
+    names = [one.name for one in dataclasses.fields(row)]  # type: ignore[arg-type]
+    rows = []
+    for unit, stored in zip(units, found, strict=True):
+        known = _values(unit) | stored
+        own = {name: known[name] for name in names if name in known}
+        rows.append(bind(row, own, f"kept row {unit.key}"))
+    return Measured(rows, found[-1].get(_MADE_WITH, {}))
+
+
+def _kept(measure: Callable[[Any], Any] | None, unit: Asked[Any]) -> Iterator[dict[str, Any]]:
+    from steadyload.runs.provenance import provenance_lines
+
+    made_with = provenance_lines()  # of the code that measures
+    row = unit.measure() if measure is None else measure(unit)
+    found, known = dataclasses.asdict(row), _values(unit)
+    own = {k: v for k, v in found.items() if k not in known or known[k] != v}
+    yield {**own, _MADE_WITH: made_with}
