@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
-from typing import Any, Self
+from collections.abc import Iterator, Mapping
+from typing import Any
 
 import numpy as np
 import pyarrow as pa
 
+from steadyload.engines.registry import package_versions
 from steadyload.layouts.benchmark.tables import CASES
 from steadyload.layouts.model.layout import Layout
 from steadyload.methods.contract.method import Status
@@ -16,7 +16,10 @@ from steadyload.methods.equilibrium.margins import margins
 from steadyload.methods.registry import make_method
 from steadyload.methods.simulation.criteria import Criterion
 from steadyload.methods.simulation.simulation import Simulation
+from steadyload.methods.simulation.trace import VERSION as TRACE
 from steadyload.methods.simulation.trace import Trace, UndecidedError, trace_loading
+from steadyload.runs.asked import AskedCases, asked
+from steadyload.runs.provenance import made_by
 
 VERSION = 1
 """Version of the values read from a trace, margins included: raised when rows change."""
@@ -53,24 +56,24 @@ TRACES = pa.schema(
 there is no label, where there is none."""
 
 
-@dataclass(frozen=True, slots=True)
-class TraceUnit:
-    """A unit of work: some cases, and the key of their shard."""
+class TraceUnit(AskedCases, question="traces"):
+    """Some cases to be traced."""
 
-    cases: tuple[tuple[str, Layout], ...]
-    key: str
-
-    def __len__(self) -> int:
-        return len(self.cases)
-
-    def without(self, done: int) -> Self:
-        """The unit without its first ``done`` cases."""
-        return replace(self, cases=self.cases[done:])
+    made_by: Mapping[str, str] = asked("made by")
 
     def describe(self, part: int) -> str:
         """Description of a case for messages."""
-        scenario, layout = self.cases[part]
-        return f"{LABEL} on layout {layout.name!r} ({scenario})"
+        return f"{LABEL} on {super().describe(part)}"
+
+
+def traced_by() -> dict[str, str]:
+    """Everything besides the cases that rows depend on, with the present code and packages."""
+    return {
+        **made_by(make_method(LABEL)),
+        **package_versions(("numpy", "scipy")),
+        "version of traces": str(TRACE),
+        "version of rows": str(VERSION),
+    }
 
 
 def trace_unit(unit: TraceUnit) -> Iterator[dict[str, Any]]:

@@ -6,15 +6,13 @@ A folder is worked on in place. ``traces/`` and ``opinions/`` in it hold the res
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 
-from steadyload.engines.registry import package_versions
-from steadyload.labelling import label_rows
 from steadyload.labelling.label_rows import (
     CASE_SECONDS,
     LABEL,
@@ -24,6 +22,7 @@ from steadyload.labelling.label_rows import (
     crashed_row,
     timed_out_row,
     trace_unit,
+    traced_by,
 )
 from steadyload.layouts.benchmark.build import BuildOptions, build
 from steadyload.layouts.benchmark.confidence import Reason
@@ -57,10 +56,9 @@ from steadyload.layouts.model.layout import Layout
 from steadyload.layouts.model.scenarios import Scenario
 from steadyload.methods.contract.method import Status
 from steadyload.methods.registry import make_method
-from steadyload.methods.simulation import trace
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.pool import IN_THIS_PROCESS, PartLimit
-from steadyload.runs.provenance import key_of, made_by, provenance
+from steadyload.runs.provenance import provenance
 from steadyload.runs.results import load_results
 from steadyload.runs.runner import run_study
 from steadyload.runs.store import Store, locked, parquet
@@ -281,9 +279,8 @@ def _traced(directory: Path, workers: int, progress: Callable[[int, int], None])
     """Traces of all cases, computed where they are missing."""
     benchmark = load_benchmark(directory)
     names = zip(benchmark.cases["scenario"], benchmark.cases["layout"], strict=True)
-    cases = [(scenario, benchmark.layout(name, scenario)) for scenario, name in names]
-    parts = (tuple(cases[start : start + _SHARD]) for start in range(0, len(cases), _SHARD))
-    units = list(_units(parts))
+    cases = tuple((scenario, benchmark.layout(name, scenario)) for scenario, name in names)
+    units = TraceUnit(cases, traced_by()).in_shards(_SHARD)
     store = Store(directory / "traces", parquet(TRACES))
     store.complete(
         sorted(units, key=_turn(benchmark)),
@@ -294,20 +291,6 @@ def _traced(directory: Path, workers: int, progress: Callable[[int, int], None])
         progress=progress,
     )
     return pd.concat([store.read(unit.key) for unit in units], ignore_index=True)
-
-
-def _units(parts: Iterable[tuple[tuple[str, Layout], ...]]) -> Iterator[TraceUnit]:
-    """Units of work of cases; a key is a hash of everything that the traces depend on."""
-    made = {
-        **made_by(make_method(LABEL)),
-        **package_versions(("numpy", "scipy")),
-        "version of traces": str(trace.VERSION),
-        "version of rows": str(label_rows.VERSION),
-    }
-    for cases in parts:
-        content = [[scenario, layout.name, layout.content_hash()] for scenario, layout in cases]
-        key = key_of({"question": "traces", "made by": made, "cases": content})
-        yield TraceUnit(cases, key)
 
 
 def _turn(benchmark: Benchmark) -> Callable[[TraceUnit], int]:

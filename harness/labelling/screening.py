@@ -13,7 +13,7 @@ whose balance is as narrow as it was: what has tipped into a gap does so at ever
 from __future__ import annotations
 
 import zlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +22,7 @@ import pandas as pd
 import pyarrow as pa
 
 from steadyload.engines.registry import package_versions
-from steadyload.labelling.label_rows import LABEL, TraceUnit
+from steadyload.labelling.label_rows import LABEL
 from steadyload.layouts.benchmark.dataset import KEYS, Part, load_benchmark
 from steadyload.layouts.benchmark.splits import split_by_instance
 from steadyload.layouts.benchmark.tables import (
@@ -43,8 +43,9 @@ from steadyload.methods.registry import make_method
 from steadyload.methods.simulation import step_answers
 from steadyload.methods.simulation.simulation import Simulation
 from steadyload.methods.simulation.step_answers import StepAnswer, StepAnswers
+from steadyload.runs.asked import AskedCases, asked
 from steadyload.runs.pool import IN_THIS_PROCESS, PartLimit
-from steadyload.runs.provenance import key_of, made_by, provenance
+from steadyload.runs.provenance import made_by, provenance
 from steadyload.runs.store import Store, locked, parquet
 
 VERSION = 1
@@ -95,15 +96,14 @@ _ROWS = pa.schema(
 )
 
 
-class ScreenedUnit(TraceUnit):
-    """A unit of work: some cases, and the key of their shard."""
+class ScreenedUnit(AskedCases, question="both"):
+    """Some cases to be labelled."""
 
-    __slots__ = ()
+    made_by: Mapping[str, str] = asked("made by")
 
     def describe(self, part: int) -> str:
         """Description of a case for messages."""
-        scenario, layout = self.cases[part]
-        return f"labels by screening of layout {layout.name!r} ({scenario})"
+        return f"labels by screening of {super().describe(part)}"
 
 
 def label_screened(
@@ -143,12 +143,12 @@ def label_screened(
     turn = cases["split"].map(_TURNS.get).fillna(len(_TURNS))
     drawn = (cases["layout"] + " " + cases["scenario"]).map(lambda case: zlib.crc32(case.encode()))
     cases = cases.assign(turn=turn, drawn=drawn).sort_values(["turn", "drawn"], kind="stable")
-    layouts = [
+    layouts = tuple(
         (scenario, benchmark.layout(name, scenario))
         for name, scenario in zip(cases["layout"], cases["scenario"], strict=True)
-    ]
+    )
     store = Store(directory / "screening", parquet(_ROWS))
-    units = [_unit(tuple(layouts[k : k + _SHARD])) for k in range(0, len(layouts), _SHARD)]
+    units = ScreenedUnit(layouts, screened_by()).in_shards(_SHARD)
     with locked(directory):
         try:
             store.complete(
@@ -169,16 +169,15 @@ def label_screened(
     return int((read_tables(directory)[1]["status"] != UNLABELLED).sum())
 
 
-def _unit(cases: tuple[tuple[str, Layout], ...]) -> ScreenedUnit:
-    made = {
+def screened_by() -> dict[str, str]:
+    """Everything besides the cases that rows depend on, with the present code and packages."""
+    return {
         **{f"screen: {name}": value for name, value in made_by(make_method(SCREEN)).items()},
         **{f"reference: {name}": value for name, value in made_by(make_method(LABEL)).items()},
         **package_versions(("numpy", "scipy")),
         "version of answers": str(step_answers.VERSION),
         "version of rows": str(VERSION),
     }
-    content = [[scenario, layout.name, layout.content_hash()] for scenario, layout in cases]
-    return ScreenedUnit(cases, key_of({"question": "both", "made by": made, "cases": content}))
 
 
 def screened_rows(unit: ScreenedUnit) -> Iterator[dict[str, Any]]:

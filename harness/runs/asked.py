@@ -25,6 +25,7 @@ from typing import (
 from steadyload.config import bind
 
 if TYPE_CHECKING:
+    from steadyload.runs.labels import Case
     from steadyload.runs.pool import Executor
     from steadyload.runs.store import Progress
 
@@ -91,6 +92,38 @@ class Asked(Keyed, ABC, Generic[R]):
     def without(self, done: int) -> Self:
         """See :meth:`steadyload.runs.pool.WorkUnit.without`."""
         return self
+
+
+def measured(unit: Asked[R]) -> Iterator[R]:
+    """Measure a unit: the work of :meth:`steadyload.runs.store.Store.complete`."""
+    yield unit.measure()
+
+
+def _named(cases: Sequence[Case]) -> list[list[str]]:
+    return [[scenario, layout.name, layout.content_hash()] for scenario, layout in cases]
+
+
+class AskedCases(Keyed):
+    """Base of units of cases, which are their parts: each is judged once, and its row kept."""
+
+    cases: tuple[Case, ...] = asked(said=_named)
+
+    def __len__(self) -> int:
+        return len(self.cases)
+
+    def without(self, done: int) -> Self:
+        """See :meth:`steadyload.runs.pool.WorkUnit.without`."""
+        return dataclasses.replace(self, cases=self.cases[done:])
+
+    def in_shards(self, size: int) -> list[Self]:
+        """Units of its cases, at most so many in each."""
+        starts = range(0, len(self), size)
+        return [dataclasses.replace(self, cases=self.cases[k : k + size]) for k in starts]
+
+    def describe(self, part: int) -> str:
+        """Description of a case for messages."""
+        scenario, layout = self.cases[part]
+        return f"layout {layout.name!r} ({scenario})"
 
 
 def _values(unit: Any) -> dict[str, Any]:

@@ -362,32 +362,6 @@ class Store(Generic[Answer, Stored]):
         return {m[1]: m[2] for file in files if (m := name.fullmatch(file.name))}
 
 
-def kept_records(
-    folder: Path,
-    units: Sequence[Unit],
-    measure: Callable[[Unit], Iterator[dict[str, Any]]],
-    *,
-    workers: int | Executor = IN_THIS_PROCESS,
-    progress: Progress = lambda done, total: None,
-) -> list[dict[str, Any]]:
-    """A record a unit, in their order; those that are missing are measured and kept.
-
-    Args:
-        folder: of the records; the folder that it lies in is locked.
-        units: of one part each.
-        measure: yields the record of a unit, of values that JSON can hold.
-        workers: see :func:`steadyload.runs.pool.run_units`.
-        progress: called with records done and records in all.
-
-    Raises:
-        ResultsError: another run is at work in the folder, or a unit ended its process.
-    """
-    with locked(folder.parent):
-        store: Store[dict[str, Any], list[dict[str, Any]]] = Store(folder, JSON)
-        store.complete(units, measure, workers=workers, progress=progress)
-        return [store.read(unit.key)[0] for unit in units]
-
-
 def _each_once(units: Iterable[Unit], waiting: set[str]) -> Iterator[Unit]:
     for unit in units:
         if unit.key in waiting:

@@ -10,9 +10,9 @@ from __future__ import annotations
 import logging
 import os
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -24,10 +24,9 @@ from steadyload.layouts.model.layout import Layout
 from steadyload.methods.contract.method import judge
 from steadyload.methods.registry import make_method
 from steadyload.reading import MAX_STORED_BYTES, content_of, json_of
-from steadyload.runs.pool import SinglePart
-from steadyload.runs.provenance import key_of
+from steadyload.runs.asked import Asked, asked, measured
 from steadyload.runs.store import JSON, Progress, Store, locked
-from steadyload.runs.units import made_now
+from steadyload.runs.units import MadeBy, made_now
 
 VERSION = 1
 """Version of how times are taken: raised when their meaning changes."""
@@ -86,18 +85,17 @@ def kept_load(file: Path) -> float | None:
     return load
 
 
-@dataclass(frozen=True)
-class Turn(SinglePart):
-    """A unit of work: all methods judge all layouts once, in blocks.
+class Turn(Asked[dict[str, Any]], question="times in turns", version=VERSION, prefix="times-"):
+    """All methods judge all layouts once, in blocks.
 
     Attributes:
-        methods: spec strings.
+        made_by: of each method, by its spec.
         layouts: that every method judges, one at a time.
         block: layouts before it is the next method's turn.
         repeat: number of this repetition, counted from 0.
     """
 
-    methods: tuple[str, ...]
+    made_by: Mapping[str, MadeBy] = asked("made by")
     layouts: tuple[Layout, ...]
     block: int
     repeat: int
@@ -105,22 +103,34 @@ class Turn(SinglePart):
     def describe(self, part: int) -> str:
         """Description of the unit for messages."""
         return (
-            f"timing {len(self.methods)} methods on {len(self.layouts)} layouts, "
+            f"timing {len(self.made_by)} methods on {len(self.layouts)} layouts, "
             f"repeat {self.repeat}"
         )
 
-    @cached_property
-    def key(self) -> str:
-        """Hash of everything that the times depend on."""
-        identity = {
-            "question": "times in turns",
-            "version": VERSION,
-            "made by": {spec: dict(made) for spec, made in made_now(self.methods).items()},
-            "layouts": [layout.content_hash() for layout in self.layouts],
-            "block": self.block,
-            "repeat": self.repeat,
+    def measure(self) -> dict[str, Any]:
+        """The load of the machine meanwhile, and by method CPU and wall times [ms] of layouts."""
+        names = tuple(self.made_by)
+        methods = {spec: make_method(spec) for spec in names}
+        for method in methods.values():
+            method.prepare(max(map(len, self.layouts)))
+            judge(method, self.layouts[0])
+        before = machine_load()
+        found: dict[str, list[tuple[float, float]]] = {spec: [] for spec in names}
+        blocks = range(0, len(self.layouts), self.block)
+        for number, start in enumerate(blocks):
+            block = self.layouts[start : start + self.block]
+            first = (number + self.repeat * len(blocks)) % len(names)
+            for spec in [*names[first:], *names[:first]]:
+                method = methods[spec]
+                # The state of the caches after the previous method is not to count.
+                judge(method, block[0])
+                found[spec] += [taken(partial(judge, method, layout)) for layout in block]
+        after = machine_load()
+        return {
+            "load": None if before is None or after is None else max(before, after),
+            "cpu": {spec: [cpu for cpu, _ in each] for spec, each in found.items()},
+            "wall": {spec: [wall for _, wall in each] for spec, each in found.items()},
         }
-        return f"times-{key_of(identity)}"
 
 
 @dataclass(frozen=True)
@@ -168,10 +178,11 @@ def timed(
     if not methods:
         return Times({}, {}, None)
     chosen = tuple(layouts)
-    turns = [Turn(tuple(methods), chosen, block, repeat) for repeat in range(repeats)]
+    made = made_now(methods)
+    turns = [Turn(made, chosen, block, repeat) for repeat in range(repeats)]
     with locked(folder):
         store = Store(folder, JSON)
-        store.complete(turns, _time, workers=min(workers, 1), progress=progress)
+        store.complete(turns, measured, workers=min(workers, 1), progress=progress)
         kept = [entry for turn in turns for entry in store.read(turn.key)]
     loads = [entry["load"] for entry in kept]
     cpu, wall = (
@@ -179,32 +190,3 @@ def timed(
         for clock in ("cpu", "wall")
     )
     return Times(cpu, wall, None if None in loads else max(loads))
-
-
-def _time(turn: Turn) -> Iterator[dict[str, Any]]:
-    return (_times(turn) for _ in range(1))
-
-
-def _times(turn: Turn) -> dict[str, Any]:
-    methods = {spec: make_method(spec) for spec in turn.methods}
-    for method in methods.values():
-        method.prepare(max(map(len, turn.layouts)))
-        judge(method, turn.layouts[0])
-    before = machine_load()
-    found: dict[str, list[tuple[float, float]]] = {spec: [] for spec in methods}
-    blocks = range(0, len(turn.layouts), turn.block)
-    for number, start in enumerate(blocks):
-        block = turn.layouts[start : start + turn.block]
-        first = (number + turn.repeat * len(blocks)) % len(methods)
-        for spec in [*turn.methods[first:], *turn.methods[:first]]:
-            method = methods[spec]
-            judge(
-                method, block[0]
-            )  # the state of the caches after the previous method is not to count
-            found[spec] += [taken(partial(judge, method, layout)) for layout in block]
-    after = machine_load()
-    return {
-        "load": None if before is None or after is None else max(before, after),
-        "cpu": {spec: [cpu for cpu, _ in each] for spec, each in found.items()},
-        "wall": {spec: [wall for _, wall in each] for spec, each in found.items()},
-    }

@@ -211,7 +211,7 @@ def test_sizes_of_splits_are_those_asked_for_then_those_of_the_manifest(folder):
 
 def test_a_case_that_crashes_has_no_label(tmp_path):
     (layout,) = random_layouts(1, seed=5)
-    row = crashed_row(TraceUnit((("S1", layout),), tmp_path / "x.parquet"), 0, "by SIGABRT")
+    row = crashed_row(TraceUnit((("S1", layout),), {}), 0, "by SIGABRT")
     table = as_parquet(pd.DataFrame([row], columns=TRACES.names), TRACES)
     (tmp_path / "x.parquet").write_bytes(table)
     (found,) = read_parquet(tmp_path / "x.parquet", TRACES).itertuples()

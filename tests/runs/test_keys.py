@@ -10,7 +10,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from enum import Enum
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from types import NoneType, SimpleNamespace, UnionType
 from typing import Union, get_args, get_origin, get_type_hints
@@ -19,41 +19,45 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from steadyload.labelling import label_rows, labelling, screening
+from steadyload.labelling import label_rows, screening
+from steadyload.labelling.label_rows import TraceUnit
+from steadyload.labelling.screening import ScreenedUnit
 from steadyload.layouts.benchmark import Part
 from steadyload.layouts.model.layout import Layout
 from steadyload.layouts.packing.packing import random_layouts
 from steadyload.learners.generation import GenerationOptions, ListUnit
 from steadyload.learners.plans.plan import Plan, PlannedTraining
 from steadyload.learners.plans.trainings import Workshop
-from steadyload.methods.simulation import trace
-from steadyload.properties import closed_forms as measuring
 from steadyload.properties.property import MethodUnderTest
 from steadyload.properties.registry import PROPERTIES
-from steadyload.runs import timing, units
-from steadyload.runs.asked import Asked
+from steadyload.runs import units
+from steadyload.runs.asked import Asked, AskedCases
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.timing import Turn
-from steadyload.runs.units import made_now, study_units
+from steadyload.runs.units import study_units
 from steadyload.runs.verdict_reliability import Sampling
-from steadyload.studies.closed_forms import study as closed_forms
+from steadyload.studies.closed_forms.study import ClosedFormUnit
 from steadyload.studies.engines.speed import SpeedUnit, ThroughputUnit
 from steadyload.studies.extremes.study import CellUnit
-from steadyload.studies.learned import batches, judged
+from steadyload.studies.learned import judged
 from steadyload.studies.learned.batches import BatchUnit
 from steadyload.studies.learned.judged import JudgedPart
-from steadyload.studies.precision import sizes
+from steadyload.studies.precision.sizes import SizeUnit
 from steadyload.studies.properties import study as properties
 from steadyload.studies.replication import networks
 from steadyload.studies.replication.splits import SplitKind
 from steadyload.studies.scale.measuring import Size
-from steadyload.studies.session import packing_gains
+from steadyload.studies.session.packing_gains import PackingUnit
 from steadyload.studies.session.study import CurvesUnit
 from steadyload.studies.transport import study as transport
+from steadyload.studies.transport.study import LimitUnit
 from steadyload.studies.uncertain import cases as uncertain_cases
 from steadyload.studies.uncertain import study as uncertain
+from steadyload.studies.uncertain.cases import Question
+from steadyload.studies.uncertain.cases import Unit as CertaintyUnit
 
 ROOT = Path(__file__).parents[2]
+ROWS = ROOT / "reports" / "rows"
 FOLDERS = {"harness": "", "engines": "engines.", "learners": "learners."}
 ONE, OTHER = random_layouts(2, seed=5)
 MADE = {"version of method": "1"}
@@ -126,32 +130,10 @@ def varied(thing, **others):
         if name in others:
             yield f"{kind}.{name}", replace(thing, **{name: others[name]})
         elif dataclasses.is_dataclass(value) and not isinstance(value, Layout):
-            for inner, changed in varied(value):
+            for inner, changed in varied(value, **others):
                 yield inner, replace(thing, **{name: changed})
         else:
             yield f"{kind}.{name}", replace(thing, **{name: altered(value)})
-
-
-LOAD = transport.Load("set", "name", ONE, "list")
-METHODS = {"methods": ("sme", "equilibrium")}
-METHOD_BY_METHOD = {"made_by": {"sme": {"version of method": "2"}}}
-
-WITH_OWN_KEY = {
-    "Turn": (Turn(("sme", "fbs"), (ONE,), 50, 0), METHODS),
-    "SizeUnit": (sizes.SizeUnit("tipping offset", "mujoco", 0.1, MADE), {}),
-    "SpeedUnit": (SpeedUnit("mujoco", "pile", "all", (10, 20), MADE), {}),
-    "ThroughputUnit": (ThroughputUnit("mujoco", 60, MADE), {}),
-    "CellUnit": (CellUnit("weight", "mujoco", 240, 1.0, 60.0, MADE), {}),
-    "ClosedFormUnit": (closed_forms.ClosedFormUnit("overhang of 5", "mujoco", 240, MADE), {}),
-    "CurvesUnit": (CurvesUnit(("sme",), 200, {"sme": MADE}), METHODS | METHOD_BY_METHOD),
-    "PackingUnit": (
-        packing_gains.PackingUnit(1, "sme", "ps_opt", 5, (3, 4), {"sme": MADE}), METHOD_BY_METHOD,
-    ),
-    "LimitUnit": (transport.LimitUnit(LOAD, "label", (0.0, 90.0), 0.5, MADE), {}),
-    "BatchUnit": (BatchUnit(("lstm_1",), (ONE,), 5, (8, 32)), {"methods": ("lstm_e",)}),
-    "ListUnit": (ListUnit(1, 0, GenerationOptions(1)), {}),
-}  # fmt: skip
-"""Units that compute their key of their fields; and other values where the usual ones are none."""
 
 
 def of_a_study(study, case=("as given", ONE), made=MADE):
@@ -181,34 +163,6 @@ def cases_varied():
     }
 
 
-def traced(make):
-    yield "", make((("as given", ONE),))
-    for name, case in cases_varied().items():
-        yield name, make((case,))
-    yield "cases", make((("as given", ONE), ("as given", OTHER)))
-
-
-def uncertain_units():
-    options = uncertain.UncertainOptions(methods=("sme", "fbs"))
-    question = uncertain._Question("sme", "com=5mm", (("as given", ONE),), Sampling(decide=0.5), 0)
-    run = uncertain._Run(options, None, None)
-    yield "", next(run._units(question))
-    other = {"method": "fbs", "cases": (("s2", OTHER),)}
-    sampling = {"half_width": 0.1, "decide": 0.25, "most": 512, "seed": 1}
-    for field in dataclasses.fields(question):
-        if field.name == "sampling":
-            changes = [{name: value} for name, value in sampling.items()]
-            assert {*sampling} == {f.name for f in dataclasses.fields(Sampling)}
-            for change in changes:
-                asked = replace(question, sampling=replace(question.sampling, **change))
-                yield f"sampling {change}", next(run._units(asked))
-        elif field.name == "uncertainty":
-            yield "uncertainty", next(run._units(replace(question, uncertainty="position=3mm")))
-        else:
-            value = other.get(field.name, altered(getattr(question, field.name)))
-            yield field.name, next(run._units(replace(question, **{field.name: value})))
-
-
 def property_units():
     asked = next(iter(PROPERTIES.values()))
     also = next(each for each in PROPERTIES.values() if each is not asked)
@@ -219,6 +173,11 @@ def property_units():
     yield "method", next(properties._units(MethodUnderTest("fbs"), study))
     for name, value in {"properties": (always[1],), "examples": 30, "seed": 1}.items():
         yield name, next(properties._units(one, replace(study, **{name: value})))
+
+
+def item_lists():
+    one = ListUnit(1, 0, GenerationOptions(1))
+    return [("", one), *varied(one)]
 
 
 def network_trainings():
@@ -248,42 +207,110 @@ def network_trainings():
         yield name, of(options=other)
 
 
+CASES = (("as given", ONE),)
+LOAD = transport.Load("set", "name", ONE, "list")
+
 ASKED = {
     Size: (
         Size(4000, 2),
         {"question": "scale", "methods": ("fbs", "pbs0.9", "pbs0.7", "pbs0.5"), "repetitions": 10},
         "51a4a7a6acebac05bfa8",
     ),
-}
-"""Of what is measured once and published: one of each class, what the class states, and the key of
-that one, under which rows are kept: it never changes. Other classes are made by their types."""
+    Turn: (
+        Turn({"sme": MADE, "fbs": MADE}, (ONE,), 50, 0),
+        {"question": "times in turns", "version": 1},
+        "times-aa297b096969c87518f3",
+    ),
+    SizeUnit: (
+        SizeUnit("tipping offset", "mujoco", 0.1, MADE),
+        {"question": "closed form at a size", "frequency": 480, "version": 1},
+        "86b8ef882286cbe66546",
+    ),
+    SpeedUnit: (
+        SpeedUnit("mujoco", "pile", "all", (10, 20), MADE),
+        {"question": "cost by number of items"},
+        "b5d3d5d96b0f46a5cf10",
+    ),
+    ThroughputUnit: (
+        ThroughputUnit("mujoco", 60, MADE), {"question": "throughput"}, "6c6004549ef5c706df38"
+    ),
+    CellUnit: (
+        CellUnit("weight", "mujoco", 240, 1.0, 60.0, MADE),
+        {"question": "extremes"},
+        "9c60d68819afce178946",
+    ),
+    ClosedFormUnit: (
+        ClosedFormUnit("overhang of 5", "mujoco", 240, MADE),
+        {"question": "closed form", "version": 1, "sampling": 240},
+        "925afda2e56f4b389bdf",
+    ),
+    CurvesUnit: (
+        CurvesUnit(("sme",), 200, {"sme": MADE}),
+        {"question": "cost of a placement"},
+        "38b23c82852433102f02",
+    ),
+    PackingUnit: (
+        PackingUnit(1, "sme", "ps_opt", 5, (3, 4), {"sme": MADE}),
+        {"question": "gain for packing", "version": 1, "seed": 21, "item count": 20},
+        "870657016b9802708fa8",
+    ),
+    LimitUnit: (
+        LimitUnit(LOAD, "label", (0.0, 90.0), 0.5, MADE),
+        {"question": "limits of acceleration", "version": 1},
+        "a8a05e502f32eb49429c",
+    ),
+    BatchUnit: (
+        BatchUnit({"lstm_1": MADE}, (ONE,), 5, (8, 32)),
+        {"question": "times in batches", "version": 1},
+        "times-a95413f6385f5e46fffe",
+    ),
+    TraceUnit: (TraceUnit(CASES, MADE), {"question": "traces"}, "0b41f648a8bc8eb0fdac"),
+    ScreenedUnit: (ScreenedUnit(CASES, MADE), {"question": "both"}, "3c48a2d7be6f18709104"),
+    CertaintyUnit: (
+        CertaintyUnit(CASES, Question("sme", "com=5mm", Sampling(decide=0.5)), MADE),
+        {"question": "certainty"},
+        "fc7c1a59ce17c088e1db",
+    ),
+}  # fmt: skip
+"""Of what is asked once and kept: one of each class, what the class states, and the key of that
+one, under which rows are kept: it never changes. Other classes are made by their types."""
+
+OTHERS = {"uncertainty": "position=3mm", "half_width": 0.1, "decide": 0.25, "most": 512}
+"""By field, another value where the usual one is none."""
 
 
 MADE_WITH_KEY = {
     "units.Unit": study_cases,
-    "label_rows.TraceUnit": lambda: traced(lambda part: next(labelling._units([part]))),
-    "screening.ScreenedUnit": lambda: traced(screening._unit),
-    "cases.Unit": uncertain_units,
+    "generation.ListUnit": item_lists,
     "study._Unit": property_units,
     "networks.NetworkTraining": network_trainings,
 }
 """Units that are made with their key: a first one, and others with one thing changed."""
 
 
+ASKED_BASES = {"runs.asked.Asked", "runs.asked.AskedCases"}
+
+
+def modules():
+    """Texts of all modules, by name."""
+    return {
+        package + ".".join(path.relative_to(ROOT / folder).with_suffix("").parts): path.read_text()
+        for folder, package in FOLDERS.items()
+        for path in sorted((ROOT / folder).rglob("*.py"))
+    }
+
+
 @cache
 def unit_classes():
-    """Names of all classes of units, module and class, with whether they have a key."""
+    """Names of all classes of units that have a key of their own, or none: module and class."""
     heads, texts = {}, {}
-    for folder, package in FOLDERS.items():
-        for path in sorted((ROOT / folder).rglob("*.py")):
-            text = path.read_text()
-            module = package + ".".join(path.relative_to(ROOT / folder).with_suffix("").parts)
-            for found in re.finditer(r"^class (\w+)(?:\((.*)\))?:\n(?:[ \n].*\n|\n)*", text, re.M):
-                name = f"{module}.{found[1]}"
-                bases = re.sub(r"\[.*?\]", "", found[2] or "")
-                heads[name], texts[name] = bases.split(", "), found[0]
+    for module, text in modules().items():
+        for found in re.finditer(r"^class (\w+)(?:\((.*)\))?:\n(?:[ \n].*\n|\n)*", text, re.M):
+            name = f"{module}.{found[1]}"
+            bases = re.sub(r"\[.*?\]", "", found[2] or "")
+            heads[name], texts[name] = bases.split(", "), found[0]
     roots = {"SinglePart"}
-    found = {name for name, text in texts.items() if "def without(self, done" in text}
+    found = {name for name, text in texts.items() if "def without(self, done" in text} - ASKED_BASES
     while True:
         known = roots | {name.rpartition(".")[2] for name in found}
         more = {name for name, bases in heads.items() if known & {*bases}} - found
@@ -291,7 +318,7 @@ def unit_classes():
             break
         found |= more
     protocols = {name for name in found if "Protocol" in heads[name]}
-    return sorted(found - protocols - {"runs.pool.SinglePart", "runs.asked.Asked"})
+    return sorted(found - protocols - {"runs.pool.SinglePart"})
 
 
 def short(name):
@@ -300,13 +327,9 @@ def short(name):
 
 
 def test_every_class_of_units_is_varied():
-    known = {*WITH_OWN_KEY, *MADE_WITH_KEY, *WITHOUT_KEY, *asked_classes()}
     found = {short(name) for name in unit_classes()}
-    assert len(found) >= 22
-    missing = {name for name in found if not {name, name.partition(".")[2]} & known}
-    assert not missing, "these units are to be varied here, or said to have no key, and why"
-    gone = known - found - {name.partition(".")[2] for name in found}
-    assert not gone, "no such units"
+    assert len(found) + len(asked_classes()) >= 22
+    assert found == {*MADE_WITH_KEY, *WITHOUT_KEY}, "vary all units, or say why one has no key"
 
 
 def test_units_without_a_key_have_none():
@@ -318,24 +341,18 @@ def test_units_without_a_key_have_none():
             )
 
 
-@pytest.mark.parametrize("name", WITH_OWN_KEY)
-def test_every_field_of_a_unit_changes_its_key(name):
-    unit, others = WITH_OWN_KEY[name]
-    keys = {"nothing": unit.key, **{field: other.key for field, other in varied(unit, **others)}}
-    assert replace(unit).key == unit.key
-    same = {k for k in keys if list(keys.values()).count(keys[k]) > 1}
-    assert not same, "these give the same key"
-
-
 @cache
 def asked_classes():
-    """All classes of what is measured once, of whose modules each is imported; by name."""
-    for path in (ROOT / "harness" / "studies").rglob("*.py"):
-        if "(Asked[" in path.read_text():
-            module = ".".join(path.relative_to(ROOT / "harness").with_suffix("").parts)
+    """All classes of what is asked once, of whose modules each is imported; by name."""
+    for module, text in modules().items():
+        if re.search(r"\bAsked(\[|Cases\b)", text):
             importlib.import_module(f"steadyload.{module}")
-    found = (each for each in Asked.__subclasses__() if each.__module__.startswith("steadyload."))
-    return {short(f"{each.__module__}.{each.__name__}"): each for each in found}
+    found, ahead = {}, [Asked, AskedCases]
+    while ahead:
+        own = ahead.pop().__subclasses__()
+        ahead += own
+        found |= {short(f"{each.__module__}.{each.__name__}"): each for each in own}
+    return {name: kind for name, kind in found.items() if kind.__module__.startswith("steadyload.")}
 
 
 def made_of(kind):
@@ -361,7 +378,7 @@ def test_what_is_published_is_listed():
     published = {
         each
         for each in asked_classes().values()
-        if (ROOT / f"reports/rows/{each.__module__.split('.')[2]}.tar.xz").exists()
+        if (ROWS / f"{each.__module__.split('.')[2].replace('_', '-')}.tar.xz").exists()
     }
     assert published <= ASKED.keys(), "list one of each, and its key"
 
@@ -371,8 +388,13 @@ def test_every_field_and_constant_of_what_is_asked_is_in_its_key(name, monkeypat
     kind = asked_classes()[name]
     asked, stated, key = ASKED.get(kind) or (made_of(kind), kind.stated, made_of(kind).key)
     assert kind.stated == stated
+    assert stated["question"]
     assert replace(asked).key == asked.key == key
-    others = {name: other.key for name, other in varied(asked)}
+    others = {name: other.key for name, other in varied(asked, **OTHERS)}
+    if issubclass(kind, AskedCases):
+        more = {name: (case,) for name, case in cases_varied().items()}
+        more["a further one"] = (*CASES, ("as given", OTHER))
+        others |= {name: replace(asked, cases=cases).key for name, cases in more.items()}
     left_out = {name for name in NOT_IN_KEY if name.startswith(f"{kind.__name__}.")}
     assert not left_out, "every field of what is asked is in its key"
     for name, value in stated.items():
@@ -402,16 +424,7 @@ def differs(one, other, field):
 
 
 CONSTANTS = {
-    "Turn": [(timing, "VERSION")],
-    "SizeUnit": [(sizes, "FREQUENCY"), (measuring, "VERSION")],
-    "ClosedFormUnit": [(measuring, "VERSION"), (closed_forms, "SAMPLING")],
-    "PackingUnit": [(packing_gains, n) for n in ("VERSION", "_SEED", "ITEM_COUNT")],
-    "LimitUnit": [(transport, "VERSION")],
-    "BatchUnit": [(batches, "VERSION")],
     "units.Unit": [(units, "SCHEMA_VERSION")],
-    "label_rows.TraceUnit": [(trace, "VERSION"), (label_rows, "VERSION")],
-    "screening.ScreenedUnit": [(screening.step_answers, "VERSION"), (screening, "VERSION")],
-    "cases.Unit": [(uncertain.verdict_reliability, "VERSION"), (uncertain_cases, "VERSION")],
     "study._Unit": [(properties, "VERSION")],
     "networks.NetworkTraining": [(networks, "VERSION")],
 }
@@ -424,8 +437,6 @@ CONSTANTS = {
 )
 def test_a_version_that_is_raised_changes_the_key(name, module, constant, monkeypatch):
     def key():
-        if name in WITH_OWN_KEY:
-            return replace(WITH_OWN_KEY[name][0]).key
         return next(iter(MADE_WITH_KEY[name]()))[1].key
 
     before = key()
@@ -433,14 +444,23 @@ def test_a_version_that_is_raised_changes_the_key(name, module, constant, monkey
     assert key() != before
 
 
-def test_what_a_method_is_made_by_changes_keys_of_times(monkeypatch):
-    turn, batch = WITH_OWN_KEY["Turn"][0], WITH_OWN_KEY["BatchUnit"][0]
-    before = replace(turn).key, replace(batch).key
-    more = {"version of method": "9"}
-    monkeypatch.setattr(timing, "made_now", lambda specs: dict.fromkeys(made_now(specs), more))
-    monkeypatch.setattr(batches, "made_by", lambda method: more)
-    assert replace(turn).key != before[0]
-    assert replace(batch).key != before[1]
+@pytest.mark.parametrize(
+    ("made_by", "module", "constant"),
+    [
+        (label_rows.traced_by, label_rows, "TRACE"),
+        (label_rows.traced_by, label_rows, "VERSION"),
+        (screening.screened_by, screening.step_answers, "VERSION"),
+        (screening.screened_by, screening, "VERSION"),
+        (partial(uncertain._made_by, "sme"), uncertain.verdict_reliability, "VERSION"),
+        (partial(uncertain._made_by, "sme"), uncertain_cases, "VERSION"),
+    ],
+)
+def test_a_version_that_is_raised_changes_what_rows_are_made_by(
+    made_by, module, constant, monkeypatch
+):
+    before = made_by()
+    monkeypatch.setattr(module, constant, getattr(module, constant) + 1)
+    assert made_by() != before
 
 
 def test_every_option_of_a_generated_set_is_in_its_identity():

@@ -70,7 +70,7 @@ def test_a_method_has_a_block_in_a_turn_and_no_method_is_always_first(asked, lay
     assert {block[0] for block in blocks} == set(METHODS)
 
 
-def test_a_repeat_that_was_taken_is_not_taken_again(asked, layouts, tmp_path):
+def test_a_repeat_that_was_taken_is_not_taken_again(asked, layouts, tmp_path, monkeypatch):
     first = timed(METHODS, layouts, tmp_path, repeats=2, block=3, workers=0)
     asked.clear()
     again = timed(METHODS, layouts, tmp_path, repeats=2, block=3, workers=0)
@@ -86,6 +86,10 @@ def test_a_repeat_that_was_taken_is_not_taken_again(asked, layouts, tmp_path):
     asked.clear()
     timed(METHODS, layouts[:-1], tmp_path, repeats=1, block=3, workers=0)
     assert asked  # times of other layouts are other times
+    asked.clear()
+    monkeypatch.setattr(Noting, "version", 2)
+    timed(METHODS, layouts, tmp_path, repeats=1, block=3, workers=0)
+    assert asked
 
 
 def test_the_load_is_the_largest_of_all_repeats(asked, layouts, tmp_path):

@@ -13,7 +13,7 @@ from steadyload.layouts.formats import Format, write_layouts
 from steadyload.methods.registry import make_method
 from steadyload.reports.writing import write_page
 from steadyload.runs.verdict_reliability import Sampling
-from steadyload.studies.uncertain.cases import Unit, sample_unit
+from steadyload.studies.uncertain.cases import Question, Unit, sample_unit
 from steadyload.studies.uncertain.page import uncertain_page
 from steadyload.studies.uncertain.study import Sampled, UncertainOptions, run_uncertain
 from steadyload.studies.uncertain.summary import summarise
@@ -105,8 +105,8 @@ def test_what_has_no_effect_is_told_although_the_last_layout_is_invalid(
 
 def test_random_samples_of_a_case_agree(benchmark):
     layout = benchmark.layout("H10_Class_2_Instance_12_ULD_0", "S1")
-    unit = Unit("equilibrium", "com=5mm,position=3mm", (("S1", layout),), Sampling(), 400, Path())
-    (row,) = sample_unit(unit)
+    question = Question("equilibrium", "com=5mm,position=3mm", Sampling(), 400)
+    (row,) = sample_unit(Unit((("S1", layout),), question, {}))
     assert 0.0 < row["random"] < 1.0
     assert row["low"] - 0.08 <= row["random"] <= row["high"] + 0.08
     share = dict(row["safe"])[len(layout)] / row["samples"]

@@ -6,10 +6,8 @@ one are planar, so that 2-D engines take part in them.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 from steadyload.engines.registry import engines as registered
 from steadyload.engines.registry import engines_here, package_versions, world_class
@@ -21,10 +19,10 @@ from steadyload.properties.closed_form_tests import (
     closed_form_tests,
     result_of,
 )
+from steadyload.runs.asked import Asked, kept_rows
 from steadyload.runs.definition import StudyError
-from steadyload.runs.pool import IN_THIS_PROCESS, Executor, SinglePart
-from steadyload.runs.provenance import key_of, made_on
-from steadyload.runs.store import kept_records
+from steadyload.runs.pool import IN_THIS_PROCESS, Executor
+from steadyload.runs.provenance import made_on
 from steadyload.studies.study import Progress, silent
 
 FREQUENCIES = (90, 240, 1000)
@@ -50,27 +48,26 @@ def _cells(
     ]
 
 
-@dataclass(frozen=True)
-class ClosedFormUnit(SinglePart):
-    """A unit of work with one part: a test on an engine at a frequency."""
+class ClosedFormUnit(
+    Asked[ClosedFormResult], question="closed form", version=runs.VERSION, sampling=SAMPLING
+):
+    """A test on an engine at a frequency."""
 
     test: str
     engine: str
     frequency: int | None
     made_by: Mapping[str, str]
 
-    @property
-    def key(self) -> str:
-        """The key of its record."""
-        return key_of(
-            {"question": "closed form", "version": runs.VERSION, "sampling": SAMPLING}
-            | asdict(self)
-        )
-
     def describe(self, part: int) -> str:
         """Description of the test for messages."""
         rate = "" if self.frequency is None else f", {self.frequency} Hz"
         return f"{self.test} on {self.engine}{rate}"
+
+    def measure(self) -> ClosedFormResult:
+        """Run the test."""
+        test = next(test for test in closed_form_tests() if test.name == self.test)
+        stage = runs.Stage(self.engine, self.frequency or SAMPLING)
+        return result_of(test, stage, self.frequency)
 
 
 def closed_forms(
@@ -103,17 +100,10 @@ def closed_forms(
         for name in dict.fromkeys(name for _, name, _ in cells)
     }
     units = [ClosedFormUnit(test.name, name, rate, made[name]) for test, name, rate in cells]
-    found = kept_records(
+    return kept_rows(
         work / "results",
         units,
-        _measured,
+        ClosedFormResult,
         workers=workers,
         progress=lambda *of: progress("closed forms", *of),
-    )
-    return [ClosedFormResult(**record) for record in found]
-
-
-def _measured(unit: ClosedFormUnit) -> Iterator[dict[str, Any]]:
-    test = next(test for test in closed_form_tests() if test.name == unit.test)
-    stage = runs.Stage(unit.engine, unit.frequency or SAMPLING)
-    yield asdict(result_of(test, stage, unit.frequency))
+    ).rows

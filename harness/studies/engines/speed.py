@@ -9,10 +9,9 @@ import multiprocessing
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -23,9 +22,8 @@ from steadyload.methods.contract.method import Status, Verdict
 from steadyload.methods.registry import make_method
 from steadyload.methods.simulation.scene import boxes
 from steadyload.methods.simulation.simulation_parameters import SimulationParameters
-from steadyload.runs.pool import SinglePart
-from steadyload.runs.provenance import key_of, made_on
-from steadyload.runs.store import kept_records
+from steadyload.runs.asked import Asked, kept_rows
+from steadyload.runs.provenance import made_on
 from steadyload.runs.worker import worker_environment
 from steadyload.statistics.growth import slope
 from steadyload.studies.study import Progress, silent
@@ -111,9 +109,8 @@ def brick_wall(count: int) -> Layout:
     return Layout(f"wall-{count}", Pallet(130.0, 600.0, 40.0), tuple(items))
 
 
-@dataclass(frozen=True)
-class SpeedUnit(SinglePart):
-    """A curve to be measured; what was measured stays, however fast the code has become since."""
+class SpeedUnit(Asked[SpeedCurve], question="cost by number of items"):
+    """A curve to be measured."""
 
     engine: str
     scene: str
@@ -121,14 +118,20 @@ class SpeedUnit(SinglePart):
     counts: tuple[int, ...]
     made_by: Mapping[str, str]
 
-    @property
-    def key(self) -> str:
-        """The key of its shard."""
-        return key_of({"question": "cost by number of items"} | asdict(self))
-
     def describe(self, part: int) -> str:
         """Description of the curve for messages."""
         return f"{self.engine}, {self.scene}, {self.scope}"
+
+    def measure(self) -> SpeedCurve:
+        """Measure points, up to the first that the engine has no verdict for in time."""
+        points = []
+        for count in self.counts:
+            layout = brick_wall(count) if self.scene == "wall" else random_pile(count)
+            point = _measure(self.engine, layout, self.scope)
+            if point is None:
+                break
+            points.append(point)
+        return SpeedCurve(self.engine, self.scene, self.scope, tuple(points), _exponent(points))
 
 
 def speed_curves(
@@ -142,13 +145,9 @@ def speed_curves(
         progress: called with what is done, the curves done and those to be done.
     """
     units = list(_speed_units(tuple(counts)))
-    found = kept_records(
-        work / "measured", units, _curve, progress=lambda *of: progress("speed", *of)
-    )
-    return [
-        SpeedCurve(**{**one, "points": tuple(SpeedPoint(**point) for point in one["points"])})
-        for one in found
-    ]
+    return kept_rows(
+        work / "measured", units, SpeedCurve, progress=lambda *of: progress("speed", *of)
+    ).rows
 
 
 def _speed_units(counts: tuple[int, ...]) -> Iterator[SpeedUnit]:
@@ -161,34 +160,30 @@ def _speed_units(counts: tuple[int, ...]) -> Iterator[SpeedUnit]:
             yield SpeedUnit(engine, scene, scope, numbers, made_on(engine))
 
 
-def _curve(unit: SpeedUnit) -> Iterator[dict[str, Any]]:
-    points = []
-    for count in unit.counts:
-        layout = brick_wall(count) if unit.scene == "wall" else random_pile(count)
-        point = _measure(unit.engine, layout, unit.scope)
-        if point is None:
-            break
-        points.append(point)
-    curve = SpeedCurve(unit.engine, unit.scene, unit.scope, tuple(points), _exponent(points))
-    yield asdict(curve)
-
-
-@dataclass(frozen=True)
-class ThroughputUnit(SinglePart):
+class ThroughputUnit(Asked[Throughput], question="throughput"):
     """A throughput to be measured."""
 
     engine: str
     layouts: int
     made_by: Mapping[str, str]
 
-    @property
-    def key(self) -> str:
-        """The key of its shard."""
-        return key_of({"question": "throughput"} | asdict(self))
-
     def describe(self, part: int) -> str:
         """Description of the throughput for messages."""
         return f"{self.engine}, throughput"
+
+    def measure(self) -> Throughput:
+        """Judge the layouts by one worker and by two, which are warm."""
+        cases = random_layouts(self.layouts, seed=11)
+        spec, rates = f"simulation@{self.engine}:{TUNING}", []
+        context = multiprocessing.get_context("spawn")
+        for workers in (1, 2):
+            parts = [cases[i::10] for i in range(10)]
+            with worker_environment(), ProcessPoolExecutor(workers, mp_context=context) as pool:
+                list(pool.map(_judge_part, [spec] * 4 * workers, [cases[:6]] * 4 * workers))
+                start = time.perf_counter()
+                done = sum(pool.map(_judge_part, [spec] * len(parts), parts))
+                rates.append(done / (time.perf_counter() - start))
+        return Throughput(self.engine, self.layouts, *rates)
 
 
 def throughput(work: Path, *, layouts: int = 60, progress: Progress = silent) -> list[Throughput]:
@@ -204,25 +199,9 @@ def throughput(work: Path, *, layouts: int = 60, progress: Progress = silent) ->
         for engine in engines_here()
         if world_class(engine).capabilities.dimensions == 3
     ]
-    found = kept_records(
-        work / "measured", units, _rates, progress=lambda *of: progress("throughput", *of)
-    )
-    return [Throughput(**one) for one in found]
-
-
-def _rates(unit: ThroughputUnit) -> Iterator[dict[str, Any]]:
-    cases = random_layouts(unit.layouts, seed=11)
-    spec, rates = f"simulation@{unit.engine}:{TUNING}", []
-    context = multiprocessing.get_context("spawn")
-    for workers in (1, 2):
-        parts = [cases[i::10] for i in range(10)]
-        with worker_environment(), ProcessPoolExecutor(workers, mp_context=context) as pool:
-            # Warm both workers, then measure.
-            list(pool.map(_judge_part, [spec] * 4 * workers, [cases[:6]] * 4 * workers))
-            start = time.perf_counter()
-            done = sum(pool.map(_judge_part, [spec] * len(parts), parts))
-            rates.append(done / (time.perf_counter() - start))
-    yield asdict(Throughput(unit.engine, unit.layouts, rates[0], rates[1]))
+    return kept_rows(
+        work / "measured", units, Throughput, progress=lambda *of: progress("throughput", *of)
+    ).rows
 
 
 def _judge_part(spec: str, layouts: list[Layout]) -> int:

@@ -20,9 +20,10 @@ from steadyload.engines.registry import engines_here, package_versions, world_cl
 from steadyload.errors import nearest
 from steadyload.methods.simulation import loading
 from steadyload.properties import closed_forms as closed_form_runs
+from steadyload.runs.asked import Asked, asked
 from steadyload.runs.definition import StudyError
-from steadyload.runs.pool import IN_THIS_PROCESS, PartLimit, SinglePart
-from steadyload.runs.provenance import key_of, made_on, provenance
+from steadyload.runs.pool import IN_THIS_PROCESS, PartLimit
+from steadyload.runs.provenance import made_on, provenance
 from steadyload.runs.store import Codec, Progress, Store, locked
 from steadyload.runs.units import hard_seconds
 from steadyload.studies.extremes import measuring as extreme_runs
@@ -41,45 +42,30 @@ MadeBy = Mapping[str, str]
 """Versions of the parts and packages that a cell depends on, by name."""
 
 
-@dataclass(frozen=True, slots=True)
-class CellUnit(SinglePart):
-    """A unit of work with one part: a cell."""
+class CellUnit(Asked[ExtremeCell], question="extremes"):
+    """A cell to be measured."""
 
     sweep: str
     engine: str
     frequency: int | None
     value: float
     timeout: float
-    made_by: MadeBy
-
-    @property
-    def key(self) -> str:
-        """The key of its shard."""
-        return key_of(
-            {
-                "question": "extremes",
-                "sweep": self.sweep,
-                "engine": self.engine,
-                "frequency": self.frequency,
-                "value": self.value,
-                "timeout": self.timeout,
-                "made by": dict(self.made_by),
-            }
-        )
+    made_by: MadeBy = asked("made by")
 
     def describe(self, part: int) -> str:
         """Description of the cell for messages."""
         rate = "" if self.frequency is None else f", {self.frequency} Hz"
         return f"{self.sweep} {self.value:g} on {self.engine}{rate}"
 
+    def measure(self) -> ExtremeCell:
+        """Measure it."""
+        return measure_cell(self.sweep, self.engine, self.frequency, self.value, self.timeout)
+
 
 def measure_unit(unit: CellUnit) -> Iterator[ExtremeCell]:
     """Prepare the engine, then measure a unit's cell."""
     world_class(unit.engine).warm_up(0)
-    return (
-        measure_cell(cell.sweep, cell.engine, cell.frequency, cell.value, cell.timeout)
-        for cell in (unit,)
-    )
+    return map(CellUnit.measure, (unit,))
 
 
 def cell_without_verdict(unit: CellUnit, part: int, reason: str) -> ExtremeCell:

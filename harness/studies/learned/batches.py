@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from functools import cached_property, partial
+from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 import numpy as np
 
 from steadyload.layouts.model.layout import Layout
-from steadyload.learners import LearnerError
 from steadyload.methods.contract.method import Method
 from steadyload.methods.registry import make_method
-from steadyload.runs.pool import SinglePart
-from steadyload.runs.provenance import key_of, made_by
+from steadyload.runs.asked import Asked, asked, measured
+from steadyload.runs.provenance import made_by
 from steadyload.runs.store import JSON, Store, locked
 from steadyload.runs.timing import taken
 from steadyload.studies.learned.summary import Batched
@@ -28,38 +26,43 @@ _BATCH = "batch"
 """The parameter of a method that judges many layouts at once."""
 
 
-@dataclass(frozen=True)
-class BatchUnit(SinglePart):
-    """A unit of work: the timing of methods that judge many layouts at once.
+class BatchUnit(
+    Asked[dict[str, Any]], question="times in batches", version=VERSION, prefix="times-"
+):
+    """The timing of methods that judge many layouts at once.
 
     Attributes:
-        methods: spec strings of methods that judge batches.
+        made_by: of each method that judges batches, by its spec.
         layouts: that every method judges.
         repeats: number of repetitions, all methods in turns.
         batches: batch sizes.
     """
 
-    methods: tuple[str, ...]
+    made_by: Mapping[str, Mapping[str, str]] = asked("made by")
     layouts: tuple[Layout, ...]
     repeats: int
     batches: tuple[int, ...]
 
     def describe(self, part: int) -> str:
         """Description of the unit for messages."""
-        return f"timing batches of {len(self.methods)} methods on {len(self.layouts)} layouts"
+        return f"timing batches of {len(self.made_by)} methods on {len(self.layouts)} layouts"
 
-    @cached_property
-    def key(self) -> str:
-        """Hash of everything that the times depend on."""
-        identity = {
-            "question": "times in batches",
-            "version": VERSION,
-            "made by": {spec: made_by(make_method(spec)) for spec in self.methods},
-            "layouts": [layout.content_hash() for layout in self.layouts],
-            "repeats": self.repeats,
-            "batches": list(self.batches),
+    def measure(self) -> dict[str, Any]:
+        """Medians of CPU and wall time of a layout [ms], by spec and batch size."""
+        most, layouts = max(map(len, self.layouts)), self.layouts
+        methods = {(spec, n): _at_once(spec, n) for spec in self.made_by for n in self.batches}
+        for method in methods.values():
+            method.prepare(most)
+            method.judge(layouts[0])
+        found: dict[tuple[str, int], list[tuple[float, float]]] = {each: [] for each in methods}
+        for _ in range(self.repeats):
+            for each, method in methods.items():
+                cpu, wall = taken(partial(method.judge_many, layouts))
+                found[each].append((cpu / len(layouts), wall / len(layouts)))
+        return {
+            spec: {str(n): np.median(found[spec, n], axis=0).tolist() for n in self.batches}
+            for spec in self.made_by
         }
-        return f"times-{key_of(identity)}"
 
 
 def timed_batches(
@@ -82,44 +85,20 @@ def timed_batches(
         workers: 0 times in this process, any other number in one with a single thread.
 
     Raises:
-        LearnerError: a method ended its process.
+        ResultsError: a method ended its process.
     """
     able = tuple(spec for spec in methods if _knows_batches(spec))
     if not (able and batches):
         return {}
-    unit = BatchUnit(able, tuple(layouts), repeats, batches)
+    made = {spec: made_by(make_method(spec)) for spec in able}
+    unit = BatchUnit(made, tuple(layouts), repeats, batches)
     with locked(folder):
         store = Store(folder, JSON)
-        store.complete([unit], _time, lost=_refuse, workers=min(workers, 1))
+        store.complete([unit], measured, workers=min(workers, 1))
         [times] = store.read(unit.key)
     return {
         spec: {int(size): (cpu, wall) for size, (cpu, wall) in sizes.items()}
         for spec, sizes in times.items()
-    }
-
-
-def _refuse(unit: BatchUnit, reason: str) -> NoReturn:
-    raise LearnerError(f"{unit.describe(0)}: {reason}")
-
-
-def _time(unit: BatchUnit) -> Iterator[dict[str, Any]]:
-    return (_times(unit) for _ in range(1))
-
-
-def _times(unit: BatchUnit) -> dict[str, Any]:
-    most = max(map(len, unit.layouts))
-    methods = {(spec, size): _at_once(spec, size) for spec in unit.methods for size in unit.batches}
-    for method in methods.values():
-        method.prepare(most)
-        method.judge(unit.layouts[0])
-    found: dict[tuple[str, int], list[tuple[float, float]]] = {each: [] for each in methods}
-    for _ in range(unit.repeats):
-        for each, method in methods.items():
-            cpu, wall = taken(partial(method.judge_many, unit.layouts))
-            found[each].append((cpu / len(unit.layouts), wall / len(unit.layouts)))
-    return {
-        spec: {str(size): np.median(found[spec, size], axis=0).tolist() for size in unit.batches}
-        for spec in unit.methods
     }
 
 

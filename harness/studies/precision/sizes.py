@@ -9,9 +9,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 from steadyload.engines.world import Box, FixedStepWorld, Poses, WorldSettings
 from steadyload.properties import closed_forms as measuring
@@ -22,9 +21,9 @@ from steadyload.properties.closed_form_tests import (
     result_of,
 )
 from steadyload.properties.closed_forms import Stage
-from steadyload.runs.pool import Executor, SinglePart
-from steadyload.runs.provenance import key_of, made_on
-from steadyload.runs.store import kept_records
+from steadyload.runs.asked import Asked, asked, kept_rows
+from steadyload.runs.pool import Executor
+from steadyload.runs.provenance import made_on
 from steadyload.studies.study import Progress, silent
 
 EDGES = (0.1, 1.0, 10.0)
@@ -65,38 +64,27 @@ class ScaledStage(Stage):
         return poses._replace(centres=poses.centres / self.scale)
 
 
-@dataclass(frozen=True)
-class SizeUnit(SinglePart):
-    """A unit of work with one part: a test on an engine at a size."""
+class SizeUnit(
+    Asked[ClosedFormResult],
+    question="closed form at a size",
+    frequency=FREQUENCY,
+    version=measuring.VERSION,
+):
+    """A test on an engine at a size."""
 
     test: str
     engine: str
     edge: float
-    made_by: Mapping[str, str]
-
-    @property
-    def key(self) -> str:
-        """The key of its shard."""
-        return key_of(
-            {
-                "question": "closed form at a size",
-                "test": self.test,
-                "engine": self.engine,
-                "edge": self.edge,
-                "frequency": FREQUENCY,
-                "version": measuring.VERSION,
-                "made by": dict(self.made_by),
-            }
-        )
+    made_by: Mapping[str, str] = asked("made by")
 
     def describe(self, part: int) -> str:
         """Description of the test for messages."""
         return f"{self.test} on {self.engine}, edges of {self.edge:g} m"
 
-
-def _measured(unit: SizeUnit) -> Iterator[dict[str, Any]]:
-    stage = ScaledStage(unit.engine, FREQUENCY, scale=unit.edge / EDGES[0])
-    yield asdict(result_of(_tests()[unit.test], stage, FREQUENCY))
+    def measure(self) -> ClosedFormResult:
+        """Run the test."""
+        stage = ScaledStage(self.engine, FREQUENCY, scale=self.edge / EDGES[0])
+        return result_of(_tests()[self.test], stage, FREQUENCY)
 
 
 def _tests() -> dict[str, ClosedFormTest]:
@@ -127,14 +115,14 @@ def closed_forms_by_size(
         for engine in engines
         for edge in EDGES
     ]
-    found = kept_records(
+    found = kept_rows(
         work / "sizes",
         units,
-        _measured,
+        ClosedFormResult,
         workers=workers,
         progress=lambda *of: progress("sizes", *of),
     )
     return {
-        (unit.test, unit.engine, unit.edge): ClosedFormResult(**record)
-        for unit, record in zip(units, found, strict=True)
+        (unit.test, unit.engine, unit.edge): result
+        for unit, result in zip(units, found.rows, strict=True)
     }

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from itertools import chain
 from pathlib import Path
@@ -12,12 +12,11 @@ from typing import Any
 from steadyload.layouts.model.layout import Layout
 from steadyload.layouts.packing.heuristics import HEURISTICS, Heuristic
 from steadyload.layouts.packing.packing import ITEM_CLASSES, make_instance
-from steadyload.methods.contract.method import Method, Verdict
+from steadyload.methods.contract.method import Verdict
 from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.registry import make_method
-from steadyload.runs.pool import SinglePart
-from steadyload.runs.provenance import key_of, made_by
-from steadyload.runs.store import kept_records
+from steadyload.runs.asked import Asked, kept_rows
+from steadyload.runs.provenance import made_by
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import mean, share
 from steadyload.studies.session.stable_packing import pack_stably
@@ -95,8 +94,59 @@ class PackingTask:
     gains: tuple[PackingGain, ...]
 
 
-@dataclass(frozen=True)
-class PackingUnit(SinglePart):
+@dataclass(frozen=True, slots=True)
+class Packing:
+    """One item list packed by one heuristic: what :class:`PackingGain` is computed of.
+
+    Attributes:
+        item_list: its number.
+        stable, scores: of each bin, by the method that judges.
+        left_out: items that were not accepted at any place.
+        placements, rejected: number of those judged, and of these that were rejected.
+        seconds: CPU time of packing.
+        judging: of this, the judgements.
+    """
+
+    item_list: int
+    stable: Sequence[bool]
+    scores: Sequence[float]
+    left_out: int
+    placements: int
+    rejected: int
+    seconds: float
+    judging: float
+
+
+@dataclass(frozen=True, slots=True)
+class Packings:
+    """Every item list of a class, packed by every heuristic."""
+
+    packings: Sequence[Packing]
+
+
+class Verdicts:
+    """Verdicts of a method, computed once for every geometry: many heuristics pack alike."""
+
+    def __init__(self, judge: str) -> None:
+        self._judge = make_method(judge)
+        self._known: dict[str, Verdict] = {}
+        self._judge.prepare(ITEM_COUNT)
+
+    def of(self, layout: Layout) -> Verdict:
+        """The verdict on a layout."""
+        key = layout.content_hash()
+        if key not in self._known:
+            self._known[key] = self._judge.judge(layout)
+        return self._known[key]
+
+
+class PackingUnit(
+    Asked[Packings],
+    question="gain for packing",
+    version=VERSION,
+    seed=_SEED,
+    **{"item count": ITEM_COUNT},
+):
     """Packing of item lists of a class by all heuristics while one method rejects placements.
 
     Attributes:
@@ -115,16 +165,36 @@ class PackingUnit(SinglePart):
     heuristics: tuple[int, ...]
     made_by: Mapping[str, Mapping[str, str]]
 
-    @property
-    def key(self) -> str:
-        """The key of its record."""
-        asked = {"question": "gain for packing", "version": VERSION, "seed": _SEED}
-        return key_of(asked | {"item count": ITEM_COUNT} | asdict(self))
-
     def describe(self, part: int) -> str:
         """Description of the packing for messages."""
         who = self.method or "nobody"
         return f"class {self.item_class}, {who} rejects"
+
+    def measure(self, verdicts: Verdicts | None = None) -> Packings:
+        """Pack; ``verdicts`` of the judge are shared with other units."""
+        verdicts = verdicts or Verdicts(self.judge)
+        method = make_method(self.method) if self.method else None
+        if method is not None:
+            method.prepare(ITEM_COUNT)
+        packings = []
+        for number in range(self.instances):
+            instance = make_instance(self.item_class, number, seed=_SEED, item_count=ITEM_COUNT)
+            for heuristic in map(Heuristic.numbered, self.heuristics):
+                found = pack_stably(instance, heuristic, method)
+                judged = [verdicts.of(layout) for layout in found.layouts]
+                packings.append(
+                    Packing(
+                        item_list=instance.number,
+                        stable=[verdict.stable for verdict in judged],
+                        scores=[verdict.score or 0.0 for verdict in judged],
+                        left_out=found.left_out,
+                        placements=found.placements,
+                        rejected=found.rejected,
+                        seconds=found.seconds,
+                        judging=found.judging,
+                    )
+                )
+        return Packings(packings)
 
 
 def packing_gains(
@@ -160,69 +230,30 @@ def packing_gains(
         for item_class in ITEM_CLASSES
         for spec in ("", *specs)
     ]  # fmt: skip
-    found = kept_records(
+    found = kept_rows(
         work / "packed",
         units,
-        partial(_packed, verdicts=_Verdicts(make_method(judge))),
+        Packings,
+        measure=partial(PackingUnit.measure, verdicts=Verdicts(judge)),
         progress=lambda *of: progress("packings", *of),
     )
     names = tuple(heuristic.name for heuristic in heuristics)
     gains: dict[int, list[PackingGain]] = {}
-    for unit, record in zip(units, found, strict=True):
-        gains.setdefault(unit.item_class, []).append(_gain(unit.method, record["packings"]))
+    for unit, row in zip(units, found.rows, strict=True):
+        gains.setdefault(unit.item_class, []).append(_gain(unit.method, row.packings))
     return [
         PackingTask(f"Class {item_class}", instances, ITEM_COUNT, names, judge, tuple(own))
         for item_class, own in gains.items()
     ]
 
 
-class _Verdicts:
-    """Verdicts of a method, computed once for every geometry: many heuristics pack alike."""
-
-    def __init__(self, judge: Method) -> None:
-        self._judge = judge
-        self._known: dict[str, Verdict] = {}
-        judge.prepare(ITEM_COUNT)
-
-    def of(self, layout: Layout) -> Verdict:
-        key = layout.content_hash()
-        if key not in self._known:
-            self._known[key] = self._judge.judge(layout)
-        return self._known[key]
-
-
-def _packed(unit: PackingUnit, verdicts: _Verdicts) -> Iterator[dict[str, Any]]:
-    method = make_method(unit.method) if unit.method else None
-    if method is not None:
-        method.prepare(ITEM_COUNT)
-    packings = []
-    for number in range(unit.instances):
-        instance = make_instance(unit.item_class, number, seed=_SEED, item_count=ITEM_COUNT)
-        for heuristic in map(Heuristic.numbered, unit.heuristics):
-            found = pack_stably(instance, heuristic, method)
-            judged = [verdicts.of(layout) for layout in found.layouts]
-            packings.append(
-                {
-                    "item_list": instance.number,
-                    "stable": [verdict.stable for verdict in judged],
-                    "scores": [verdict.score or 0.0 for verdict in judged],
-                    "left_out": found.left_out,
-                    "placements": found.placements,
-                    "rejected": found.rejected,
-                    "seconds": found.seconds,
-                    "judging": found.judging,
-                }
-            )
-    yield {"packings": packings}
-
-
-def _gain(spec: str, packings: Sequence[Mapping[str, Any]]) -> PackingGain:
-    of_packings = [packing["item_list"] for packing in packings]
-    of_bins = [packing["item_list"] for packing in packings for _ in packing["stable"]]
+def _gain(spec: str, packings: Sequence[Packing]) -> PackingGain:
+    of_packings = [packing.item_list for packing in packings]
+    of_bins = [packing.item_list for packing in packings for _ in packing.stable]
     items = ITEM_COUNT * len(packings)
 
     def of_all(name: str) -> list[Any]:
-        return [packing[name] for packing in packings]
+        return [getattr(packing, name) for packing in packings]
 
     return PackingGain(
         method=method_key(make_method(spec)) if spec else None,

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import asdict, astuple, dataclass, field, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import astuple, dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -18,9 +17,8 @@ from steadyload.methods.contract.method import Method
 from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.registry import make_method
 from steadyload.methods.session.session import LoadingSession
-from steadyload.runs.pool import SinglePart
-from steadyload.runs.provenance import key_of, made_by, provenance_lines
-from steadyload.runs.store import kept_records
+from steadyload.runs.asked import Asked, kept_rows
+from steadyload.runs.provenance import made_by
 from steadyload.statistics.growth import slope
 from steadyload.studies.study import Progress, silent
 
@@ -139,22 +137,52 @@ SCENES = (
 )
 
 
-@dataclass(frozen=True)
-class CurvesUnit(SinglePart):
-    """Curves of methods in turns; what was measured stays, however fast the code has become."""
+@dataclass(frozen=True, slots=True)
+class MeasuredCurve:
+    """A curve as it is kept: the spec of its method, and fields of :class:`PlacementCost`."""
+
+    method: str
+    scene: str
+    points: Sequence[tuple[int, float, float | None]]
+
+
+@dataclass(frozen=True, slots=True)
+class MeasuredCurves:
+    """Curves of all methods in all scenes."""
+
+    curves: Sequence[MeasuredCurve]
+
+
+class CurvesUnit(Asked[MeasuredCurves], question="cost of a placement"):
+    """Curves of methods in turns."""
 
     methods: tuple[str, ...]
     count: int
     made_by: Mapping[str, Mapping[str, str]]
 
-    @property
-    def key(self) -> str:
-        """The key of the record."""
-        return key_of({"question": "cost of a placement"} | asdict(self))
-
     def describe(self, part: int) -> str:
         """Description of the curves for messages."""
         return f"placements of {len(self.methods)} methods, up to {self.count} items"
+
+    def measure(self, progress: Progress = silent) -> MeasuredCurves:
+        """Measure them; ``progress`` is called with a description of the current measurement."""
+        methods = [make_method(spec) for spec in self.methods]
+        cells = []
+        for scene in SCENES:
+            draws = [scene.make(round(_SPARE * self.count), seed) for seed in range(_DRAWS)]
+            cells += [_Cell(scene, method, draws) for method in methods]
+        for method in methods:
+            method.prepare(self.count)
+        for turn in range(_REPEATS):
+            for cell in cells:
+                progress(f"{cell.scene.name}, {cell.method.spec}, turn {turn + 1}")
+                cell.run(self.count)
+        curves = []
+        for cell in cells:
+            progress(f"{cell.scene.name}, {cell.method.spec}, whole layouts")
+            points = list(map(astuple, cell.points()))
+            curves.append(MeasuredCurve(str(cell.method.spec), cell.scene.name, points))
+        return MeasuredCurves(curves)
 
 
 def session_curves(
@@ -163,7 +191,7 @@ def session_curves(
     *,
     count: int = 200,
     progress: Progress = silent,
-) -> tuple[list[SessionCurve], dict[str, str]]:
+) -> tuple[list[SessionCurve], Mapping[str, str]]:
     """Cost of a placement against the number of items loaded, by scene and method.
 
     Sessions are repeated in turns, so that a disturbance of the machine affects all of them, and
@@ -184,34 +212,18 @@ def session_curves(
     """
     made = {spec: made_by(make_method(spec)) for spec in specs}
     unit = CurvesUnit(tuple(specs), count, made)
-    (found,) = kept_records(work / "measured", [unit], partial(_measured, progress=progress))
+    (found,), made_with = kept_rows(
+        work / "measured",
+        [unit],
+        MeasuredCurves,
+        measure=partial(CurvesUnit.measure, progress=progress),
+    )
     curves = []
-    for one in found["curves"]:
-        points = tuple(PlacementCost(*point) for point in one["points"])
-        key = method_key(make_method(one["method"]))
-        curves.append(SessionCurve(key, one["scene"], points, _exponent(points)))
-    return curves, found["made_with"]
-
-
-def _measured(unit: CurvesUnit, progress: Progress) -> Iterator[dict[str, Any]]:
-    made_with = provenance_lines()  # of the code that measures
-    methods = [make_method(spec) for spec in unit.methods]
-    cells = []
-    for scene in SCENES:
-        draws = [scene.make(round(_SPARE * unit.count), seed) for seed in range(_DRAWS)]
-        cells += [_Cell(scene, method, draws) for method in methods]
-    for method in methods:
-        method.prepare(unit.count)
-    for turn in range(_REPEATS):
-        for cell in cells:
-            progress(f"{cell.scene.name}, {cell.method.spec}, turn {turn + 1}")
-            cell.run(unit.count)
-    curves = []
-    for cell in cells:
-        progress(f"{cell.scene.name}, {cell.method.spec}, whole layouts")
-        points = list(map(astuple, cell.points()))
-        curves.append({"method": str(cell.method.spec), "scene": cell.scene.name, "points": points})
-    yield {"made_with": made_with, "curves": curves}
+    for one in found.curves:
+        points = tuple(PlacementCost(*point) for point in one.points)
+        key = method_key(make_method(one.method))
+        curves.append(SessionCurve(key, one.scene, points, _exponent(points)))
+    return curves, made_with
 
 
 @dataclass(slots=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -19,8 +19,9 @@ from steadyload.methods.contract.spec import parse_spec
 from steadyload.methods.registry import make_method
 from steadyload.methods.tuned import TUNED
 from steadyload.runs.able import fixed_step_engines
-from steadyload.runs.pool import Executor, PartLimit, SinglePart
-from steadyload.runs.provenance import key_of, made_by
+from steadyload.runs.asked import Asked, asked, measured
+from steadyload.runs.pool import Executor, PartLimit
+from steadyload.runs.provenance import made_by
 from steadyload.runs.store import JSON, Store, locked
 from steadyload.studies.study import Progress, silent
 from steadyload.transport.limits import EXACT, VERSION, Limit, around, limits
@@ -61,40 +62,28 @@ class Load:
     layout: Layout
     item_list: str
 
+    def content_hash(self) -> str:
+        """All of it that limits depend on, see :meth:`Layout.content_hash`."""
+        return self.layout.content_hash()
 
-@dataclass(frozen=True)
-class LimitUnit(SinglePart):
-    """A unit of work with one part: the limits of a load, in all directions."""
+
+class LimitUnit(Asked[list[dict[str, Any]]], question="limits of acceleration", version=VERSION):
+    """The limits of a load, in all directions."""
 
     load: Load
     method: str
     directions: tuple[float, ...]
     rise: float
-    made_by: Mapping[str, str]
-
-    @property
-    def key(self) -> str:
-        """The key of its shard."""
-        return key_of(
-            {
-                "question": "limits of acceleration",
-                "method": self.method,
-                "made by": dict(self.made_by),
-                "version": VERSION,
-                "directions": self.directions,
-                "rise": self.rise,
-                "load": self.load.layout.content_hash(),
-            }
-        )
+    made_by: Mapping[str, str] = asked("made by")
 
     def describe(self, part: int) -> str:
         """Description of the load for messages."""
         return f"{self.method} on load {self.load.name!r}"
 
-
-def _measured(unit: LimitUnit) -> Iterator[list[dict[str, Any]]]:
-    found = limits(unit.load.layout, unit.method, directions=unit.directions, rise=unit.rise)
-    yield list(map(asdict, found))
+    def measure(self) -> list[dict[str, Any]]:
+        """Find them."""
+        found = limits(self.load.layout, self.method, directions=self.directions, rise=self.rise)
+        return list(map(asdict, found))
 
 
 def _without(unit: LimitUnit, _part: int, reason: str) -> list[dict[str, Any]]:
@@ -203,7 +192,7 @@ def limits_of_loads(
         store: Store[Any, Any] = Store(work / "limits", JSON)
         store.complete(
             units,
-            _measured,
+            measured,
             crashed=_without,
             limit=PartLimit(_SECONDS, _without),
             workers=workers,

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,7 @@ from steadyload.methods.uncertainty import (
     judge_deviated,
     parse_uncertainty,
 )
+from steadyload.runs.asked import AskedCases, asked
 from steadyload.runs.verdict_reliability import (
     Sampling,
     variance_by_scramblings,
@@ -34,49 +35,59 @@ share of random samples that stand, None where there were none."""
 
 
 @dataclass(frozen=True, slots=True)
-class Unit:
-    """A unit of work: one method and uncertainty on some cases, and the key of their shard."""
+class Question:
+    """How verdicts of a method are sampled.
+
+    Attributes:
+        method: its spec.
+        uncertainty: the deviating quantities, as :func:`parse_uncertainty` reads them.
+        sampling: the rule by which sampling ends.
+        random: number of random samples besides.
+    """
 
     method: str
     uncertainty: str
-    cases: tuple[tuple[str, Layout], ...]
     sampling: Sampling
-    random: int
-    key: str
+    random: int = 0
 
-    def __len__(self) -> int:
-        return len(self.cases)
 
-    def without(self, done: int) -> Unit:
-        """The unit without its first ``done`` cases."""
-        return replace(self, cases=self.cases[done:])
+def _said(question: Question) -> list[Any]:
+    uncertainty = str(parse_uncertainty(question.uncertainty))
+    return [question.method, uncertainty, repr(question.sampling), question.random]
+
+
+class Unit(AskedCases, question="certainty"):
+    """One method and uncertainty on some cases."""
+
+    question: Question = asked("asked", said=_said)
+    made_by: Mapping[str, str] = asked("made by")
 
     def describe(self, part: int) -> str:
         """Description of a case for messages."""
-        scenario, layout = self.cases[part]
-        return f"{self.method} on layout {layout.name!r} ({scenario}), {self.uncertainty}"
+        asked = self.question
+        return f"{asked.method} on {super().describe(part)}, {asked.uncertainty}"
 
 
 def sample_unit(unit: Unit) -> Iterator[Row]:
     """Prepare a unit's method, then sample: a row a case."""
-    method = make_method(unit.method)
+    method = make_method(unit.question.method)
     method.prepare(max(len(layout) for _, layout in unit.cases))
     return _rows(method, unit)
 
 
 def _rows(method: Method, unit: Unit) -> Iterator[Row]:
     # One by one and in a batch, so that no time holds imports or compilation.
-    first = unit.cases[0][1]
+    first, question = unit.cases[0][1], unit.question
     judge(method, first)
     numbers = np.full((2, dimensions(len(first))), 0.5)
-    judge_deviated(method, first, parse_uncertainty(unit.uncertainty), numbers)
-    for part in range(len(unit)):
-        yield _row(method, unit, part)
+    judge_deviated(method, first, parse_uncertainty(question.uncertainty), numbers)
+    for scenario, layout in unit.cases:
+        yield _row(method, question, scenario, layout)
 
 
-def _row(method: Method, unit: Unit, part: int) -> Row:
-    scenario, layout = unit.cases[part]
-    found = verdict_reliability(method, layout, parse_uncertainty(unit.uncertainty), unit.sampling)
+def _row(method: Method, question: Question, scenario: str, layout: Layout) -> Row:
+    uncertainty = parse_uncertainty(question.uncertainty)
+    found = verdict_reliability(method, layout, uncertainty, question.sampling)
     stands = [safe == len(layout) for safe in found.said]
     return {
         "layout": layout.name,
@@ -92,7 +103,7 @@ def _row(method: Method, unit: Unit, part: int) -> Row:
         "variance": variance_by_scramblings(stands) if stands else None,
         "cpu": found.cpu,
         "nominal_cpu": found.nominal.cpu.total,
-        "random": _random_share(method, unit, layout) if unit.random else None,
+        "random": _random_share(method, question, layout) if question.random else None,
     }
 
 
@@ -102,12 +113,12 @@ def _safe(status: Status, failing_step: int | None, item_count: int) -> int | No
     return item_count if failing_step is None else failing_step
 
 
-def _random_share(method: Method, unit: Unit, layout: Layout) -> float:
+def _random_share(method: Method, question: Question, layout: Layout) -> float:
     """Share of random samples that stand, drawn independently of the quasi-random ones."""
     digest = int(layout.content_hash()[:8], 16)
-    random = np.random.default_rng([unit.sampling.seed, digest])
-    uniforms = random.random((unit.random, dimensions(len(layout))))
-    verdicts = judge_deviated(method, layout, parse_uncertainty(unit.uncertainty), uniforms)
+    random = np.random.default_rng([question.sampling.seed, digest])
+    uniforms = random.random((question.random, dimensions(len(layout))))
+    verdicts = judge_deviated(method, layout, parse_uncertainty(question.uncertainty), uniforms)
     return float(np.mean([verdict.stable for verdict in verdicts]))
 
 

@@ -6,7 +6,7 @@ cases of one method and uncertainty, so an interrupted run is resumed.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from itertools import zip_longest
 from pathlib import Path
@@ -15,16 +15,16 @@ import pandas as pd
 
 from steadyload.engines.registry import package_versions
 from steadyload.layouts.benchmark import Benchmark, Part, load_benchmark
-from steadyload.layouts.model.layout import Layout
 from steadyload.methods.registry import make_method
 from steadyload.methods.uncertainty import parse_uncertainty
 from steadyload.runs import verdict_reliability
+from steadyload.runs.labels import Case
 from steadyload.runs.pool import IN_THIS_PROCESS
-from steadyload.runs.provenance import key_of, made_by
+from steadyload.runs.provenance import made_by
 from steadyload.runs.store import JSON, Progress, Store, locked
 from steadyload.runs.verdict_reliability import FIRST_LOOK, Sampling
 from steadyload.studies.uncertain import cases as uncertain_cases
-from steadyload.studies.uncertain.cases import Row, Unit, crashed_row, sample_unit
+from steadyload.studies.uncertain.cases import Question, Row, Unit, crashed_row, sample_unit
 
 CHECK = "equilibrium"
 """The method whose probabilities are compared with those of many random samples."""
@@ -109,26 +109,16 @@ def run_uncertain(
         glance = run.glance()
         run.sample([*by_method.values(), *alone.values(), glance], workers, progress)
         check = replace(
-            glance, cases=_unsure(glance, run.table(glance))[: asked.checked],
-            sampling=asked.sampling, random=asked.random,
-        )  # fmt: skip
+            glance,
+            cases=_unsure(glance, run.table(glance))[: asked.checked],
+            question=replace(glance.question, sampling=asked.sampling, random=asked.random),
+        )
         run.sample([check], workers, progress)
         return Sampled(
-            {spec: run.table(question) for spec, question in by_method.items()},
-            {what: run.table(question) for what, question in alone.items()},
+            {spec: run.table(unit) for spec, unit in by_method.items()},
+            {what: run.table(unit) for what, unit in alone.items()},
             run.table(check),
         )
-
-
-@dataclass(frozen=True, slots=True)
-class _Question:
-    """One method with one uncertainty on some cases."""
-
-    method: str
-    uncertainty: str
-    cases: tuple[tuple[str, Layout], ...]
-    sampling: Sampling
-    random: int = 0
 
 
 class _Run:
@@ -140,66 +130,52 @@ class _Run:
         # Of the code at the time of sampling, not of later changes.
         self._made_by = {spec: _made_by(spec) for spec in specs}
 
-    def by_method(self, spec: str) -> _Question:
+    def by_method(self, spec: str) -> Unit:
         """The reliability of a method's verdicts."""
         asked = self._asked
         limit = asked.cases if make_method(spec).spec.engine is None else asked.engine_cases
-        return _Question(spec, asked.uncertainty, self._cases(limit), asked.sampling)
+        return self._unit(limit, Question(spec, asked.uncertainty, asked.sampling))
 
-    def alone(self, what: str) -> _Question:
+    def alone(self, what: str) -> Unit:
         """The effect of the deviation of one quantity alone."""
         asked = self._asked
-        return _Question(asked.alone_method, what, self._cases(asked.engine_cases), asked.sampling)
+        return self._unit(asked.engine_cases, Question(asked.alone_method, what, asked.sampling))
 
-    def glance(self) -> _Question:
+    def glance(self) -> Unit:
         """Samples by which the layouts to check are chosen; they are not used otherwise."""
         asked = self._asked
-        cases = self._cases(asked.check_cases) if asked.checked else ()
         few = replace(asked.sampling, most=FIRST_LOOK, seed=asked.sampling.seed + 1)
-        return _Question(CHECK, asked.uncertainty, cases, few)
+        question = Question(CHECK, asked.uncertainty, few)
+        return self._unit(asked.check_cases if asked.checked else 0, question)
 
-    def _cases(self, limit: int) -> tuple[tuple[str, Layout], ...]:
-        """The first ``limit`` cases of each scenario."""
+    def _unit(self, limit: int, question: Question) -> Unit:
+        """A question about the first ``limit`` cases of each scenario; 0 for none."""
+        cases = self._cases(limit) if limit else ()
+        return Unit(cases, question, self._made_by[question.method])
+
+    def _cases(self, limit: int) -> tuple[Case, ...]:
         chosen = self._benchmark.select(self._asked.part, limit=limit)
         return tuple(
             (scenario, self._benchmark.layout(name, scenario))
             for name, scenario in zip(chosen["layout"], chosen["scenario"], strict=True)
         )
 
-    def sample(self, questions: Sequence[_Question], workers: int, progress: Progress) -> None:
+    def sample(self, asked: Sequence[Unit], workers: int, progress: Progress) -> None:
         """Sample the missing cases."""
-        units = [unit for question in questions for unit in self._units(question)]
+        units = [unit for one in asked for unit in one.in_shards(_SHARD)]
         self._store.complete(
             units, sample_unit, crashed=crashed_row, workers=workers, progress=progress
         )
 
-    def table(self, question: _Question) -> pd.DataFrame:
-        """The stored rows of a question that was sampled."""
-        units = self._units(question)
+    def table(self, asked: Unit) -> pd.DataFrame:
+        """The stored rows of cases that were sampled."""
+        units = asked.in_shards(_SHARD)
         return pd.DataFrame([row for unit in units for row in self._store.read(unit.key)])
 
-    def _units(self, question: _Question) -> Iterator[Unit]:
-        """The units of a question; a key is a hash of everything that its rows depend on."""
-        method, uncertainty = question.method, question.uncertainty
-        sampling, random = question.sampling, question.random
-        asked = [method, str(parse_uncertainty(uncertainty)), repr(sampling), random]
-        for start in range(0, len(question.cases), _SHARD):
-            part = question.cases[start : start + _SHARD]
-            cases = [[scenario, layout.name, layout.content_hash()] for scenario, layout in part]
-            key = key_of(
-                {
-                    "question": "certainty",
-                    "asked": asked,
-                    "made by": self._made_by[method],
-                    "cases": cases,
-                }
-            )
-            yield Unit(method, uncertainty, part, sampling, random, key)
 
-
-def _unsure(glance: _Question, table: pd.DataFrame) -> tuple[tuple[str, Layout], ...]:
+def _unsure(glance: Unit, table: pd.DataFrame) -> tuple[Case, ...]:
     """The cases of which some samples stand and some fall, scenarios in turn."""
-    turns: dict[str, list[tuple[str, Layout]]] = {scenario: [] for scenario, _ in glance.cases}
+    turns: dict[str, list[Case]] = {scenario: [] for scenario, _ in glance.cases}
     for case, safe in zip(glance.cases, table["safe"] if len(table) else (), strict=True):
         counts = dict(safe)
         if 0 < counts.get(len(case[1]), 0) < sum(counts.values()):
