@@ -35,9 +35,10 @@ from steadyload.learners import LearnerError
 from steadyload.learners.sequences import HeldOut, geometry_of
 from steadyload.methods.contract.method import Status
 from steadyload.methods.registry import make_method
+from steadyload.progress import Progress, silent
 from steadyload.runs.pool import SinglePart
 from steadyload.runs.provenance import provenance, raised
-from steadyload.runs.store import Codec, Progress, Store, locked, parquet
+from steadyload.runs.store import Codec, Store, locked, parquet
 from steadyload.stored import differing, store_list, stored_list, stored_object
 
 VERSION = 1
@@ -121,7 +122,7 @@ def generate_labelled(
     directory: Path,
     *,
     workers: int = 1,
-    progress: Progress = lambda done, total: None,
+    progress: Progress = silent,
 ) -> dict[str, Any]:
     """Make a labelled set to train on; an interrupted run is resumed.
 

@@ -37,6 +37,7 @@ from steadyload.learners.weights import (
     save_weights,
 )
 from steadyload.methods.contract.spec import as_plain
+from steadyload.progress import Progress, silent
 from steadyload.runs.provenance import provenance
 from steadyload.runs.store import locked
 from steadyload.stored import store_list, stored_list
@@ -44,7 +45,6 @@ from steadyload.stored import store_list, stored_list
 _MADE_BY = "made_by.json"
 
 Report = Callable[[int, Epoch], None]
-Loading = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
@@ -132,7 +132,7 @@ class TrainingJob:
             own = {**own, "seed": int(sequence.generate_state(1)[0])}
         return dataclasses.replace(self.options, **own)
 
-    def material(self, loading: Loading = lambda done, total: None) -> Material:
+    def material(self, loading: Progress = silent) -> Material:
         """Its data; see :func:`steadyload.learners.material.load_material`."""
         return load_material(
             self.options.features, self.data, limit=self.limit, lists=self.lists,
@@ -164,7 +164,7 @@ def train_weights(
     *,
     threads: int = 1,
     device: str = "cpu",
-    loading: Callable[[int, int], None] = lambda done, total: None,
+    loading: Progress = silent,
     progress: Report = lambda member, epoch: None,
 ) -> Path:
     """Train all members and write their weights; an interrupted run is resumed.
@@ -255,7 +255,7 @@ def search_options(
     *,
     threads: int = 1,
     device: str = "cpu",
-    progress: Callable[[int, int], None] = lambda done, total: None,
+    progress: Progress = silent,
 ) -> TrainingJob:
     """The job with the learning rate, hidden size and optimiser that a search finds best.
 

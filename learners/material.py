@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,6 +19,7 @@ from steadyload.learners.sequences import (
     joined,
     load_sequences,
 )
+from steadyload.progress import Progress, silent
 
 
 @dataclass(frozen=True)
@@ -39,7 +40,7 @@ def load_material(
     lists: int | None,
     leaky: bool,
     question: Question,
-    loading: Callable[[int, int], None] = lambda done, total: None,
+    loading: Progress = silent,
 ) -> Material:
     """The training parts of some sets, without what is held out, and what stops a training.
 

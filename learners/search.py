@@ -9,7 +9,6 @@ from __future__ import annotations
 import dataclasses
 import math
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -20,6 +19,7 @@ from steadyload.learners.options import Optimizer, TrainingOptions, allows
 from steadyload.learners.sequences import HeldOut, Sequences
 from steadyload.learners.training import Training
 from steadyload.methods.contract.spec import as_plain
+from steadyload.progress import Progress, silent
 from steadyload.runs.provenance import raised
 from steadyload.stored import differing, stored_object
 
@@ -54,7 +54,7 @@ def search_hyperparameters(
     budget: float = math.inf,
     seed: int = 0,
     device: str = "cpu",
-    progress: Callable[[int, int], None] = lambda done, total: None,
+    progress: Progress = silent,
 ) -> list[TrialResult]:
     """Search; the folder of an interrupted search is resumed.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -18,14 +18,13 @@ from steadyload.layouts.model.question import Question
 from steadyload.learners import LeakError
 from steadyload.learners.features import Array32, FeatureKind, features_of
 from steadyload.learners.ranges import extent_of, trained_ranges, widest
+from steadyload.progress import Progress, silent
 
 Numbers = NDArray[np.int64]
 Texts = NDArray[np.object_]
 
 BENCHMARK = "benchmark"
 """Name of the large labelled set of the package in a list of data."""
-
-Progress = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
@@ -133,7 +132,7 @@ def load_sequences(
     lists: int | None = None,
     leaky: bool = False,
     question: Question = Question.WITHIN,
-    progress: Progress = lambda done, total: None,
+    progress: Progress = silent,
 ) -> Sequences:
     """The labelled cases of a part of a set.
 

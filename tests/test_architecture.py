@@ -1,6 +1,7 @@
 """Who may import whom, and who may open files: no arrow runs back up, and there is no circle."""
 
 import ast
+import re
 from pathlib import Path
 
 import pytest
@@ -15,6 +16,7 @@ FOLDERS = {"harness": "", "engines": "engines.", "learners": "learners.", "repor
 _LAYOUTS = {
     "layouts", "kernels", "statistics", "atomic", "errors", "escaping", "numbers", "reading",
     "stored", "notebook", "plugins",
+    "progress",
 }  # fmt: skip
 _METHODS = {"methods", "engines", "bearing", "time_limit", "config", *_LAYOUTS}
 _RUNS = {"runs", *_METHODS}
@@ -27,6 +29,7 @@ ALLOWED = {
     "escaping": set(),
     "numbers": {"errors", "escaping"},
     "plugins": {"errors"},
+    "progress": set(),
     "notebook": set(),
     "config": {"engines", "numbers", "errors", "escaping"},
     "time_limit": {"errors", "numbers"},
@@ -292,6 +295,14 @@ def test_engines_are_named_in_no_condition():
             if isinstance(node, ast.Compare):
                 values = [n.value for n in ast.walk(node) if isinstance(n, ast.Constant)]
                 assert not set(ENGINES) & set(map(str, values)), path
+
+
+PROGRESS = re.compile(r"^(class )?(Named)?Progress( =|\()|Callable\[\[int, int\], None\]", re.M)
+
+
+def test_progress_is_defined_once():
+    defining = {name for name, path in modules().items() if PROGRESS.search(path.read_text())}
+    assert defining - {"studies.convergence.study"} == {"progress"}
 
 
 FREE = {

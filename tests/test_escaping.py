@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from steadyload.cli import main
-from steadyload.cli.terminal import print_table, say, status_line
+from steadyload.cli.terminal import print_table, say, study_progress
 from steadyload.escaping import markdown, printable
 from steadyload.layouts import LayoutError
 from steadyload.reports.table import markdown_table
@@ -28,8 +28,8 @@ def test_commands_show_no_control_characters(capsys):
     assert "\\x1b[31mred" in out
 
 
-def test_brackets_in_a_name_are_no_markup_of_a_status_line():
-    with status_line() as show:
+def test_brackets_in_a_name_are_no_markup_of_progress():
+    with study_progress() as show:
         show("judging [/x] [red]")
 
 

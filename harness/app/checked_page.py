@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -27,6 +27,7 @@ from steadyload.methods.session.recording import (
     record_plan,
     simulation_of,
 )
+from steadyload.progress import Progress, silent
 from steadyload.reports.viewer.gallery import gallery_html
 from steadyload.reports.viewer.page import MARKS, player_html
 from steadyload.reports.viewer.records import Card, Gallery
@@ -48,8 +49,6 @@ _KINDS = tuple(
 CRUSHED, NOT_HELD = "crushed", "road: no"
 """Badges of loads of which a box is crushed, and of those that do not hold the rule of the road."""
 
-Progress = Callable[[int, int], None]
-
 
 def write_checked(
     entries: Sequence[tuple[str, Layout | Refused]],
@@ -57,7 +56,7 @@ def write_checked(
     folder: Path,
     *,
     workers: int = 1,
-    progress: Progress = lambda done, total: None,
+    progress: Progress = silent,
 ) -> Path:
     """Write the page of a check into a folder; returns its path.
 

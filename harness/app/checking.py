@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 
@@ -34,6 +34,7 @@ from steadyload.methods.doubt import doubt
 from steadyload.methods.envelope import leaves
 from steadyload.methods.registry import make_method
 from steadyload.numbers import number_within, seconds_allowed
+from steadyload.progress import Progress, silent
 from steadyload.runs.able import asked_question
 from steadyload.runs.pool import PartLimit, SinglePart, run_units
 from steadyload.transport.rules import Rule, rule_named
@@ -41,8 +42,6 @@ from steadyload.transport.trials import answer_rule
 
 _PATIENCE = 5.0
 """CPU seconds that a process is given beyond twice the time that a layout may take."""
-
-Progress = Callable[[int, int], None]
 
 
 class GapLimitError(UserError):
@@ -174,7 +173,7 @@ def check_all(
     gaps_cm: float | None = GAPS_CM,
     frame: Frame | None = None,
     workers: int = 1,
-    progress: Progress = lambda done, total: None,
+    progress: Progress = silent,
 ) -> list[Check]:
     """Check several layouts, in their order; one that is not valid is an answer, too.
 

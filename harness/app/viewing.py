@@ -24,6 +24,7 @@ from steadyload.layouts.model.naming import box_label, with_ids
 from steadyload.methods.contract.method import Method
 from steadyload.methods.registry import make_method
 from steadyload.methods.session.recording import RecordedStep, Recording, record_loading
+from steadyload.progress import NamedProgress, silent
 from steadyload.reports.viewer.records import (
     Card,
     Gallery,
@@ -127,7 +128,7 @@ def write_views(
     *,
     record: Recorder = record_loading,
     frame: Frame | None = None,
-    progress: Callable[[str], None] = lambda name: None,
+    progress: NamedProgress = silent,
 ) -> Path:
     """Write one page of several layouts: a card each, which opens the player; returns its path.
 
@@ -137,7 +138,7 @@ def write_views(
         output: path of the page.
         record: as of :func:`write_view`.
         frame: likewise.
-        progress: called with the name of each layout before it is judged.
+        progress: called before each layout is judged, with those done and those in all.
 
     Raises:
         as :func:`write_view`.
@@ -145,9 +146,9 @@ def write_views(
     from steadyload.reports.viewer.gallery import gallery_html
 
     judges, made = [make_method(spec) for spec in methods], provenance_lines()
-    cards = []
+    cards: list[Card] = []
     for entry in entries:
-        progress(entry.name)
+        progress(f"judging {entry.name}", len(cards), len(entries))
         if isinstance(entry, Refused):
             cards.append(Card(entry.name, "bad input", str(entry.error)))
         else:

@@ -12,7 +12,7 @@ from steadyload.cli.convert import WRITABLE, output_format
 from steadyload.cli.flags import UsageError
 from steadyload.cli.interrupts import working
 from steadyload.cli.studies import configuration, output_option, workers_option, write
-from steadyload.cli.terminal import print_table, progress_bar, resumable
+from steadyload.cli.terminal import print_table, progress_bar, resumable, study_progress
 from steadyload.config import REQUIRED, operand, option
 from steadyload.studies.benchmark.config import STUDY, BenchmarkConfig
 
@@ -302,12 +302,12 @@ class Label:
     def _stands(self) -> None:
         from steadyload.labelling.label_stands import TRAINING_CASES, label_stands
 
-        with resumable(self.directory), progress_bar("labelling") as advance:
+        with resumable(self.directory), study_progress() as progress:
             count = label_stands(
                 self.directory,
                 training_cases=TRAINING_CASES if self.train is None else self.train,
                 workers=self.workers,
-                progress=lambda _, done, total: advance(done, total),
+                progress=progress,
             )
         print(f"{count} labels of the question stands -> {self.directory / 'stands.parquet'}")
 
@@ -318,13 +318,13 @@ class Label:
         wanted = {"test": self.test, "validation": self.validation}
         given: dict[str, Any] = {k: size for k, size in wanted.items() if size is not None}
         sizes = replace(split_sizes(read_tables(self.directory)[3]), **given)
-        with resumable(self.directory), progress_bar("labelling") as advance:
+        with resumable(self.directory), study_progress() as progress:
             label_set(
                 self.directory,
                 sizes=sizes,
                 judges=PANELS[self.judges or "all"],
                 workers=self.workers,
-                progress=lambda _, done, total: advance(done, total),
+                progress=progress,
             )
         print(f"labels and opinions -> {self.directory}")
 

@@ -8,13 +8,13 @@ from __future__ import annotations
 import logging
 import os
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
 from steadyload.cli.interrupts import is_behind, working
 from steadyload.escaping import printable
-from steadyload.studies.study import Progress as StudyProgress
+from steadyload.progress import NamedProgress, Progress
 
 
 def say(sentence: str) -> None:
@@ -115,28 +115,22 @@ def print_table(
 
 
 @contextmanager
-def study_progress(*, shown: bool = True) -> Iterator[StudyProgress]:
+def study_progress(*, shown: bool = True) -> Iterator[NamedProgress]:
     """A line of progress on stderr, shown in terminals only: the work, and the amount done.
 
     Args:
         shown: False where the terminal shows results as they come.
     """
+    from rich import progress
     from rich.console import Console
-    from rich.progress import (
-        BarColumn,
-        MofNCompleteColumn,
-        Progress,
-        TextColumn,
-        TimeRemainingColumn,
-    )
 
     working()
     console = Console(stderr=True)
     columns = (
-        TextColumn("{task.description}", markup=False),
-        BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(),
+        progress.TextColumn("{task.description}", markup=False),
+        progress.BarColumn(), progress.MofNCompleteColumn(), progress.TimeRemainingColumn(),
     )  # fmt: skip
-    with Progress(
+    with progress.Progress(
         *columns, console=console, transient=True, disable=not (shown and console.is_terminal)
     ) as bar:
         task = bar.add_task("", total=None)
@@ -148,20 +142,8 @@ def study_progress(*, shown: bool = True) -> Iterator[StudyProgress]:
 
 
 @contextmanager
-def progress_bar(label: str, *, shown: bool = True) -> Iterator[Callable[[int, int], None]]:
+def progress_bar(label: str, *, shown: bool = True) -> Iterator[Progress]:
     """A progress bar on stderr, shown in terminals only; see :func:`study_progress`."""
     with study_progress(shown=shown) as show:
         show(label)
         yield lambda done, total: show(label, done, total)
-
-
-@contextmanager
-def status_line() -> Iterator[Callable[[str], None]]:
-    """A line on stderr with the current measurement, shown in terminals only."""
-    from rich.console import Console
-    from rich.text import Text
-
-    working()
-    console = Console(stderr=True)
-    with console.status("") as status:
-        yield lambda what: status.update(Text(printable(what)))

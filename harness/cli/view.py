@@ -8,7 +8,7 @@ from pathlib import Path
 from steadyload.app.check_defaults import DEFAULT_METHOD
 from steadyload.cli.flags import UsageError
 from steadyload.cli.reading import SOME_REFUSED, ReadingFlags, check_output
-from steadyload.cli.terminal import say, status_line
+from steadyload.cli.terminal import say, study_progress
 from steadyload.config import REQUIRED, number_from_zero, operand, option
 
 _RIDDEN = "label@mujoco"
@@ -73,14 +73,14 @@ class View(ReadingFlags):
         for entry in entries:
             if isinstance(entry, Refused):
                 refused.add(str(entry.error))
-        with status_line() as tell:
+        with study_progress() as tell:
             if len(entries) == 1 and isinstance(entries[0], Layout):
                 tell(f"judging {entries[0].name}")
                 page = write_view(entries[0], methods, self.output, record=record, frame=frame)
             else:
                 page = write_views(
                     entries, methods, self.output, record=record, frame=frame,
-                    progress=lambda name: tell(f"judging {name}"),
+                    progress=tell,
                 )  # fmt: skip
             print(page)
         for sentence in refused.sentences(len(entries) - refused.count):

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from steadyload.cli.terminal import print_table, say, status_line
+from steadyload.cli.terminal import print_table, say, study_progress
 
 if TYPE_CHECKING:
     from steadyload.compilation import Part
@@ -30,7 +30,7 @@ class WarmUp:
         from numba import config
 
         rows, kept = [], True
-        with status_line() as show:
+        with study_progress() as show:
             for part in _parts():
                 show(f"loading or compiling {part.title} (about {part.seconds} s if compiled)")
                 start, before = time.perf_counter(), part.compiled

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 import pandas as pd
@@ -14,6 +13,7 @@ from steadyload.layouts.benchmark.tables import STANDS, BenchmarkError, write_fu
 from steadyload.layouts.model.question import Question
 from steadyload.layouts.model.scenarios import Scenario
 from steadyload.methods.registry import make_method
+from steadyload.progress import NamedProgress, silent
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.pool import IN_THIS_PROCESS
 from steadyload.runs.provenance import provenance
@@ -31,7 +31,7 @@ def label_stands(
     *,
     training_cases: int = TRAINING_CASES,
     workers: int = IN_THIS_PROCESS,
-    progress: Callable[[str, int, int], None] = lambda part, done, total: None,
+    progress: NamedProgress = silent,
 ) -> int:
     """Label all held-out and some training cases of a labelled set; returns their number.
 
@@ -71,7 +71,7 @@ def _labels_of(
     part: Part,
     limit: int | None,
     workers: int,
-    progress: Callable[[str, int, int], None],
+    progress: NamedProgress,
 ) -> pd.DataFrame:
     """Labels of the first cases of a part."""
     study = StudyDefinition(

@@ -56,6 +56,7 @@ from steadyload.layouts.model.layout import Layout
 from steadyload.layouts.model.scenarios import Scenario
 from steadyload.methods.contract.method import Status
 from steadyload.methods.registry import make_method
+from steadyload.progress import NamedProgress, Progress, silent
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.pool import IN_THIS_PROCESS, PartLimit
 from steadyload.runs.provenance import provenance
@@ -105,7 +106,7 @@ PANELS: Mapping[str, tuple[FurtherMethod, ...]] = {"all": JUDGES, "few": FEW_JUD
 def build_set(
     options: BuildOptions,
     directory: Path,
-    progress: Callable[[int, int], None] = lambda done, total: None,
+    progress: Progress = silent,
 ) -> int:
     """Write the layouts and unlabelled cases to ``directory``; returns the number of cases.
 
@@ -144,7 +145,7 @@ def build_real_set(
     options: RealOptions,
     inputs: RealInputs,
     directory: Path,
-    progress: Callable[[int, int], None] = lambda done, total: None,
+    progress: Progress = silent,
 ) -> int:
     """Write layouts of real size and unlabelled cases; returns the number of cases.
 
@@ -201,7 +202,7 @@ def label_set(
     sizes: SplitSizes | None = None,
     judges: Sequence[FurtherMethod] = JUDGES,
     workers: int = IN_THIS_PROCESS,
-    progress: Callable[[str, int, int], None] = lambda what, done, total: None,
+    progress: NamedProgress = silent,
 ) -> None:
     """Label all cases of a folder, split them, and judge validation and test by further methods.
 
@@ -250,7 +251,7 @@ def _label(
     sizes: SplitSizes,
     judges: Sequence[FurtherMethod],
     workers: int,
-    progress: Callable[[str, int, int], None],
+    progress: NamedProgress,
 ) -> None:
     traces = _traced(directory, workers, lambda done, total: progress("labels", done, total))
     layouts, cases, _, manifest = read_tables(directory)
@@ -275,7 +276,7 @@ def _label(
     write_tables(directory, layouts, cases, opinions, manifest)
 
 
-def _traced(directory: Path, workers: int, progress: Callable[[int, int], None]) -> pd.DataFrame:
+def _traced(directory: Path, workers: int, progress: Progress) -> pd.DataFrame:
     """Traces of all cases, computed where they are missing."""
     benchmark = load_benchmark(directory)
     names = zip(benchmark.cases["scenario"], benchmark.cases["layout"], strict=True)
@@ -321,7 +322,7 @@ def _asked(
     part: str,
     judges: Sequence[FurtherMethod],
     workers: int,
-    progress: Callable[[str, int, int], None],
+    progress: NamedProgress,
 ) -> pd.DataFrame:
     """Verdicts of the further methods on a part."""
     reasons = {str(make_method(j.spec).spec): str(j.reason) for j in judges}
@@ -348,9 +349,7 @@ def _asked(
     )
 
 
-def judged(
-    study: StudyDefinition, folder: Path, workers: int, progress: Callable[[int, int], None]
-) -> pd.DataFrame:
+def judged(study: StudyDefinition, folder: Path, workers: int, progress: Progress) -> pd.DataFrame:
     """Rows of a study on cases that are labelled; what is there is not judged again."""
     folder.parent.mkdir(exist_ok=True)
     limit = PartLimit(CASE_SECONDS, timed_out_verdict)

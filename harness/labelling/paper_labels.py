@@ -21,10 +21,11 @@ from steadyload.layouts.benchmark.paper_files import Case, PaperFiles
 from steadyload.layouts.benchmark.tables import as_parquet, read_parquet
 from steadyload.layouts.model.layout import Layout
 from steadyload.methods.contract.method import Status
+from steadyload.progress import Progress, silent
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.pool import Executor, PartLimit
 from steadyload.runs.results import SCHEMA
-from steadyload.runs.store import Progress, Store, locked, parquet
+from steadyload.runs.store import Store, locked, parquet
 from steadyload.runs.units import (
     Unit,
     crashed_row,
@@ -100,7 +101,7 @@ def label_files(
     *,
     known: Labels | None = None,
     workers: int | Executor = 1,
-    progress: Progress = lambda done, total: None,
+    progress: Progress = silent,
 ) -> Labelling:
     """Label all cases of some files, as far as that is missing.
 

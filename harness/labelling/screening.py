@@ -13,7 +13,7 @@ whose balance is as narrow as it was: what has tipped into a gap does so at ever
 from __future__ import annotations
 
 import zlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -43,6 +43,7 @@ from steadyload.methods.registry import make_method
 from steadyload.methods.simulation import step_answers
 from steadyload.methods.simulation.simulation import Simulation
 from steadyload.methods.simulation.step_answers import StepAnswer, StepAnswers
+from steadyload.progress import Progress, silent
 from steadyload.runs.asked import AskedCases, asked
 from steadyload.runs.pool import IN_THIS_PROCESS, PartLimit
 from steadyload.runs.provenance import made_by, provenance
@@ -111,7 +112,7 @@ def label_screened(
     *,
     most_items: int | None = None,
     workers: int = IN_THIS_PROCESS,
-    progress: Callable[[int, int], None] = lambda done, total: None,
+    progress: Progress = silent,
 ) -> int:
     """Label the unlabelled cases of a set for both questions; returns how many have labels now.
 

@@ -28,6 +28,7 @@ from steadyload.layouts.benchmark import Benchmark
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.model.layout import Layout
 from steadyload.methods.registry import make_method
+from steadyload.progress import Progress, silent
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.envelope_use import EnvelopeCount
 from steadyload.runs.kept_only import NotKeptError, refuse_unless_kept
@@ -43,7 +44,6 @@ from steadyload.runs.pool import IN_THIS_PROCESS, Executor, PartLimit
 from steadyload.runs.provenance import provenance
 from steadyload.runs.results import LAYOUTS_FILE, SCHEMA_VERSION, load_manifest, result_store
 from steadyload.runs.store import (
-    Progress,
     ResultsError,
     Survey,
     checksum_of,
@@ -77,7 +77,7 @@ def run_study(
     rerun: bool = False,
     resume: bool = False,
     limit: PartLimit[Unit, Row] | None = None,
-    progress: Progress = lambda done, total: None,
+    progress: Progress = silent,
 ) -> int:
     """Compute the missing rows of a study; returns the number of rows computed now.
 

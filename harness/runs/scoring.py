@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, Unpack
 
@@ -17,6 +17,7 @@ from steadyload.methods.envelope import leaves
 from steadyload.methods.registry import make_method
 from steadyload.methods.uncertainty import Uncertainty
 from steadyload.numbers import seconds_allowed
+from steadyload.progress import Progress, silent
 from steadyload.runs.definition import case
 from steadyload.runs.entries import Entries, Entry, scan_entries
 from steadyload.runs.verdict_reliability import Sampling, VerdictReliability, verdict_reliability
@@ -36,7 +37,7 @@ def score_layouts(
     timeout: float | None = None,
     uncertainty: Uncertainty | None = None,
     sampling: Sampling | None = None,
-    progress: Callable[[int, int], None] = lambda done, total: None,
+    progress: Progress = silent,
     **reading: Unpack[Reading],
 ) -> list[Record]:
     """Judge every layout of some files with every method. All input is checked before any judging.
@@ -99,7 +100,7 @@ def score_entries(
     timeout: float | None = None,
     uncertainty: Uncertainty | None = None,
     sampling: Sampling | None = None,
-    progress: Callable[[int, int], None] = lambda done, total: None,
+    progress: Progress = silent,
 ) -> Iterator[Record]:
     """The records of :func:`score_layouts`, each as soon as it is known; none is kept.
 

@@ -35,6 +35,7 @@ from steadyload.atomic import (
 from steadyload.errors import UserError
 from steadyload.layouts.benchmark.tables import as_parquet, from_parquet
 from steadyload.layouts.files.parquet_table import TableTooLargeError
+from steadyload.progress import Progress, silent
 from steadyload.reading import MAX_COPY_BYTES, MAX_TABLE_BYTES, content_of, regular
 from steadyload.runs.kept_only import refuse_unless_kept
 from steadyload.runs.pool import IN_THIS_PROCESS, Executor, PartLimit, run_units
@@ -42,8 +43,6 @@ from steadyload.runs.pool import IN_THIS_PROCESS, Executor, PartLimit, run_units
 CHECKPOINTS, CHECKPOINT = "checkpoints", "checkpoint"
 """Folder in a work folder, and stem of a file, of what an interrupted run continues from."""
 
-
-Progress = Callable[[int, int], None]
 
 _log = logging.getLogger("steadyload")
 
@@ -297,7 +296,7 @@ class Store(Generic[Answer, Stored]):
         lost: Callable[[Unit, str], None] = _refuse,
         limit: PartLimit[Unit, Answer] | None = None,
         workers: int | Executor = IN_THIS_PROCESS,
-        progress: Progress = lambda done, total: None,
+        progress: Progress = silent,
         survey: Survey | None = None,
     ) -> int:
         """Judge the missing units, and write every shard as soon as it is complete.

@@ -23,9 +23,10 @@ from steadyload.atomic import manifest_text, verified_manifest, write_atomically
 from steadyload.layouts.model.layout import Layout
 from steadyload.methods.contract.method import judge
 from steadyload.methods.registry import make_method
+from steadyload.progress import Progress, silent
 from steadyload.reading import MAX_STORED_BYTES, content_of, json_of
 from steadyload.runs.asked import Asked, asked, measured
-from steadyload.runs.store import JSON, Progress, Store, locked
+from steadyload.runs.store import JSON, Store, locked
 from steadyload.runs.units import MadeBy, made_now
 
 VERSION = 1
@@ -156,7 +157,7 @@ def timed(
     repeats: int,
     block: int = BLOCK,
     workers: int = 1,
-    progress: Progress = lambda done, total: None,
+    progress: Progress = silent,
 ) -> Times:
     """Times of methods on the same layouts; every repeat is stored, and not taken again.
 

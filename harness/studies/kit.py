@@ -15,8 +15,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar, Generic, Protocol, TypeVar, dataclass_transform
 
 from steadyload.config import methods_option, operand, option, set_option
+from steadyload.progress import NamedProgress, silent
 from steadyload.runs.asked import Asked, Measured, asked, kept_rows
-from steadyload.studies.study import Progress, PublishedPage, silent
+from steadyload.studies.study import PublishedPage
 
 if TYPE_CHECKING:
     from steadyload.layouts.model.question import Question
@@ -45,7 +46,7 @@ class Lab:
 
     work: Path
     workers: int = 1
-    progress: Progress = silent
+    progress: NamedProgress = silent
 
     def measure(
         self,

@@ -5,21 +5,12 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar, Generic, Protocol, TypeVar
+from typing import Any, ClassVar, Generic, TypeVar
+
+from steadyload.progress import NamedProgress, silent
 
 C = TypeVar("C")
 R = TypeVar("R")
-
-
-class Progress(Protocol):
-    """Callback for the current work and, where that is known, the amount that is done."""
-
-    def __call__(self, what: str, done: int = 0, total: int = 0, /) -> None:
-        """Report progress."""
-
-
-def silent(what: str, done: int = 0, total: int = 0, /) -> None:
-    """Progress that is not shown."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +61,9 @@ class Study(ABC, Generic[C, R]):
     published: ClassVar[tuple[PublishedPage, ...]] = ()
 
     @abstractmethod
-    def run(self, config: C, work: Path, *, workers: int = 1, progress: Progress = silent) -> R:
+    def run(
+        self, config: C, work: Path, *, workers: int = 1, progress: NamedProgress = silent
+    ) -> R:
         """Result of the study; judged in ``work``, where an interrupted run is resumed."""
 
     @abstractmethod

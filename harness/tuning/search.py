@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from steadyload.progress import Progress, silent
 from steadyload.runs.pool import run_units
 from steadyload.runs.provenance import provenance
 from steadyload.runs.store import locked
@@ -43,7 +44,6 @@ GOAL_SHARE = 0.185
 """Less than the fifth that a tuned method may cost: the model is off by some per cent."""
 
 Report = Callable[[str], None]
-Progress = Callable[[int, int], None]
 
 
 class Search:
@@ -116,7 +116,7 @@ class Search:
         self,
         *,
         workers: int,
-        progress: Progress = lambda done, total: None,
+        progress: Progress = silent,
         report: Report = lambda sentence: None,
     ) -> Entry:
         """Search until the generations or the budget are used up; returns the fittest genotype.

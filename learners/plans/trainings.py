@@ -22,10 +22,9 @@ from steadyload.learners.options import training_preset
 from steadyload.learners.plans.plan import Plan, PlannedTraining, Section
 from steadyload.learners.weights import MANIFEST
 from steadyload.methods.contract.spec import as_plain
+from steadyload.progress import Progress, silent
 from steadyload.runs.pool import SinglePart, run_units
 from steadyload.runs.store import CHECKPOINTS
-
-Progress = Callable[[int, int], None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,8 +111,8 @@ class Workshop:
         *,
         workers: int,
         known: Callable[[Run], bool] = lambda run: False,
-        generating: Progress = lambda done, total: None,
-        training: Progress = lambda done, total: None,
+        generating: Progress = silent,
+        training: Progress = silent,
     ) -> None:
         """Make the missing sets and trainings of sections; interrupted ones are resumed.
 

@@ -13,6 +13,7 @@ from steadyload.layouts.packing.packing import random_layouts
 from steadyload.methods.contract.method import Status, Trait, Verdict
 from steadyload.methods.registry import make_method
 from steadyload.methods.session.session import LoadingSession
+from steadyload.progress import silent
 from steadyload.statistics.estimate import Estimate
 from steadyload.stored import StoredFileError, store_list
 from steadyload.studies.speed import config, growth, measuring, study
@@ -128,7 +129,7 @@ def test_work_is_done_in_turns_and_not_repeated_once_it_took_long():
         return one
 
     jobs = [Job("a", 10, work("a", 0.5)), Job("b", 1, work("b", 1e-3)), Job("c", 2, work("c", 4.0))]
-    measure(jobs, 3, lambda what: None, enough=6.0)
+    measure(jobs, 3, silent, enough=6.0)
     assert done[:3] == ["a", "b", "c"]  # once before
     assert "".join(done[3:]) == "abbc" + "bbca" + "abb"
     assert [job.seconds for job in jobs] == [[0.05] * 3, [1e-3] * 3, [2.0] * 2]
@@ -144,9 +145,7 @@ def test_growth_has_the_exponents_of_the_times(monkeypatch):
     sme = make_method("sme")
     sources = [Source(x, 10) for x in layouts]
     scene = Scene("some", lambda method, patience: sources)
-    (curve,) = growth_curves(
-        {"sme": sme}, [scene], (5, 10, 12, 50), repeats=2, patience=1.0, progress=lambda what: None
-    )
+    (curve,) = growth_curves({"sme": sme}, [scene], (5, 10, 12, 50), repeats=2, patience=1.0)
     stand = {n: sum(sme.judge(x.first(n)).stable for x in layouts) for n in (5, 10, 12)}
     assert {p.items: p.microseconds.n for p in curve.points} == stand
     assert {p.items: p.joined for p in curve.points} == {5: 0, 10: 0, 12: stand[12]}

@@ -20,7 +20,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -50,13 +50,12 @@ from steadyload.layouts.benchmark.tables import (
 from steadyload.layouts.model.layout import Layout
 from steadyload.layouts.model.scenarios import Scenario
 from steadyload.layouts.packing.packing import MOST_ITEMS
+from steadyload.progress import Progress, silent
 
 _PACKED = re.compile(r"H\d+_(Class_(\d+)_Instance_\d+)_ULD_\d+")
 _HEURISTIC, _DEVICE = re.compile(r"^H\d+_"), re.compile(r"_(?:ULD|ake|pmc|pge)_?.*$", re.I)
 _FOLDERS = "allowed: Ulds_scenario_1, Ulds_scenario_2a, Ulds_scenario_2b"
 _LONGEST_ANGLE = 2.0 * math.pi
-
-Progress = Callable[[int, int], None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +91,7 @@ def import_authors(
     most_items: int = MOST_ITEMS,
     split_seed: int | None = None,
     sizes: SplitSizes = SIZES,
-    progress: Progress = lambda done, total: None,
+    progress: Progress = silent,
 ) -> ImportSummary:
     """Write the authors' set as a folder that :func:`load_benchmark` reads.
 
@@ -140,7 +139,7 @@ def read_authors(
     *,
     rotation_unit: RotationUnit = RotationUnit.DEGREES,
     most_items: int = MOST_ITEMS,
-    progress: Progress = lambda done, total: None,
+    progress: Progress = silent,
 ) -> tuple[pd.DataFrame, pd.DataFrame, ImportSummary]:
     """The authors' set as tables of layouts and cases, and what there is to say about it.
 

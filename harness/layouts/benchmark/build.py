@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -19,6 +19,7 @@ from steadyload.layouts.packing.packing import (
     generate,
     make_instance,
 )
+from steadyload.progress import Progress, silent
 
 _OFFSET_DECIMALS = 2
 """Centres of mass lie on tenths of a millimetre: the stored values are those judged."""
@@ -91,7 +92,7 @@ those of the set of many lists, half of them for either."""
 
 def build(
     options: BuildOptions,
-    progress: Callable[[int, int], None] = lambda done, total: None,
+    progress: Progress = silent,
     *,
     apart_from: Collection[str] = (),
 ) -> tuple[pd.DataFrame, list[tuple[str, Layout]]]:

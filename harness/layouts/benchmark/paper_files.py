@@ -8,7 +8,7 @@ twins are the same case in S1 and differ in S2a and S2b.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -19,6 +19,7 @@ from steadyload.layouts.model.layout import Layout
 from steadyload.layouts.model.scenarios import Scenario
 from steadyload.layouts.packing.heuristics import HEURISTICS, Heuristic
 from steadyload.layouts.packing.packing import ITEM_CLASSES, WeightRule, generate, make_instance
+from steadyload.progress import Progress, silent
 
 QUICK = 3
 """The quick run takes every file of this number, and their labels are made first."""
@@ -109,9 +110,7 @@ class PaperFiles:
         return dict(self.table["file"])
 
 
-def make_files(
-    options: FileOptions, progress: Callable[[int, int], None] = lambda done, total: None
-) -> PaperFiles:
+def make_files(options: FileOptions, progress: Progress = silent) -> PaperFiles:
     """Pack all item lists with all heuristics.
 
     Args:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -29,6 +29,7 @@ from steadyload.layouts.formats import read_layouts
 from steadyload.layouts.model.layout import Layout, Pallet
 from steadyload.layouts.model.scenarios import Scenario
 from steadyload.layouts.packers.packed import PACKERS, ItemList, packer_versions
+from steadyload.progress import Progress, silent
 from steadyload.reading import content_of
 
 NO_CLASS = 0
@@ -113,7 +114,7 @@ class RealInputs:
 def build_real(
     options: RealOptions,
     inputs: RealInputs,
-    progress: Callable[[int, int], None] = lambda done, total: None,
+    progress: Progress = silent,
 ) -> tuple[pd.DataFrame, list[tuple[str, Layout]]]:
     """The table of layouts, and all cases as (scenario, layout), layouts in the table's order.
 

@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from steadyload.config import option
-from steadyload.studies.study import Progress, Study, silent
+from steadyload.progress import NamedProgress, silent
+from steadyload.studies.study import Study
 
 
 @dataclass(frozen=True)
@@ -34,7 +35,7 @@ class ClosedForms(Study[ClosedFormsConfig, Any]):
         work: Path,
         *,
         workers: int = 1,
-        progress: Progress = silent,
+        progress: NamedProgress = silent,
     ) -> Any:
         """Tests, the engines' results, and their provenance."""
         from steadyload.properties.closed_form_tests import closed_form_tests

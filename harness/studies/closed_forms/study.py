@@ -12,6 +12,7 @@ from pathlib import Path
 from steadyload.engines.registry import engines as registered
 from steadyload.engines.registry import engines_here, package_versions, world_class
 from steadyload.errors import nearest
+from steadyload.progress import NamedProgress, silent
 from steadyload.properties import closed_forms as runs
 from steadyload.properties.closed_form_tests import (
     ClosedFormResult,
@@ -23,7 +24,6 @@ from steadyload.runs.asked import Asked, kept_rows
 from steadyload.runs.definition import StudyError
 from steadyload.runs.pool import IN_THIS_PROCESS, Executor
 from steadyload.runs.provenance import made_on
-from steadyload.studies.study import Progress, silent
 
 FREQUENCIES = (90, 240, 1000)
 
@@ -77,7 +77,7 @@ def closed_forms(
     *,
     tests: Sequence[ClosedFormTest] | None = None,
     workers: int | Executor = IN_THIS_PROCESS,
-    progress: Progress = silent,
+    progress: NamedProgress = silent,
 ) -> list[ClosedFormResult]:
     """Results of engines, test by test, measured where they are missing.
 

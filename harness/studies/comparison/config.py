@@ -7,7 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from steadyload.config import REQUIRED, operand
-from steadyload.studies.study import Progress, PublishedPage, Study, silent
+from steadyload.progress import NamedProgress as Progress
+from steadyload.progress import silent
+from steadyload.studies.study import PublishedPage, Study
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from steadyload.config import option
-from steadyload.studies.study import Progress, PublishedPage, Study, silent
+from steadyload.progress import NamedProgress, silent
+from steadyload.studies.study import PublishedPage, Study
 
 PARTS = ("sources", "agreement", "options", "speed", "throughput")
 _SEED = 7
@@ -54,7 +55,12 @@ class EngineStudy(Study[EnginesConfig, Any]):
     )
 
     def run(
-        self, config: EnginesConfig, work: Path, *, workers: int = 1, progress: Progress = silent
+        self,
+        config: EnginesConfig,
+        work: Path,
+        *,
+        workers: int = 1,
+        progress: NamedProgress = silent,
     ) -> Any:
         """The arguments of the page, in its order."""
         from steadyload.layouts.benchmark.dataset import LISTS, REAL

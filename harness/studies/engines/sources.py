@@ -19,12 +19,12 @@ from steadyload.layouts.benchmark.dataset import LISTS, REAL, set_named
 from steadyload.layouts.model.question import Question, with_question
 from steadyload.methods.registry import make_method
 from steadyload.methods.tuned import TUNED, tuned_engines
+from steadyload.progress import NamedProgress, silent
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.judged import JudgedCases, load_judged
 from steadyload.runs.pool import Executor
 from steadyload.runs.runner import run_study
 from steadyload.statistics.variance import SourceShare, source_shares
-from steadyload.studies.study import Progress, silent
 
 ENGINE, PARAMETERS, QUESTION = "engine", "parameters", "question"
 
@@ -112,7 +112,7 @@ def sources_of_differences(
     work: Path,
     *,
     workers: int | Executor = 1,
-    progress: Progress = silent,
+    progress: NamedProgress = silent,
 ) -> list[SourceTable]:
     """Judge the cases of all designs, as far as that is missing, and share out the differences.
 

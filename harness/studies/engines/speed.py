@@ -22,11 +22,11 @@ from steadyload.methods.contract.method import Status, Verdict
 from steadyload.methods.registry import make_method
 from steadyload.methods.simulation.scene import boxes
 from steadyload.methods.simulation.simulation_parameters import SimulationParameters
+from steadyload.progress import NamedProgress, silent
 from steadyload.runs.asked import Asked, kept_rows
 from steadyload.runs.provenance import made_on
 from steadyload.runs.worker import worker_environment
 from steadyload.statistics.growth import slope
-from steadyload.studies.study import Progress, silent
 
 ITEM_COUNTS = (5, 10, 20, 50, 100, 200)
 TUNING = "t_max=0.3,frequency=90,between_steps=reseat,samples=1"
@@ -135,7 +135,7 @@ class SpeedUnit(Asked[SpeedCurve], question="cost by number of items"):
 
 
 def speed_curves(
-    work: Path, counts: Sequence[int] = ITEM_COUNTS, *, progress: Progress = silent
+    work: Path, counts: Sequence[int] = ITEM_COUNTS, *, progress: NamedProgress = silent
 ) -> list[SpeedCurve]:
     """Cost against the number of items, per engine: the whole pile, local scope, and the wall.
 
@@ -186,7 +186,9 @@ class ThroughputUnit(Asked[Throughput], question="throughput"):
         return Throughput(self.engine, self.layouts, *rates)
 
 
-def throughput(work: Path, *, layouts: int = 60, progress: Progress = silent) -> list[Throughput]:
+def throughput(
+    work: Path, *, layouts: int = 60, progress: NamedProgress = silent
+) -> list[Throughput]:
     """Layouts a second over one process and over two, wall time, start-up excluded.
 
     Args:

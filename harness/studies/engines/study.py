@@ -12,13 +12,13 @@ import pandas as pd
 from steadyload.engines.registry import engines_here, world_class
 from steadyload.methods.contract.method import Status
 from steadyload.methods.registry import make_method
+from steadyload.progress import NamedProgress, silent
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.pool import Executor
 from steadyload.runs.results import load_results
 from steadyload.runs.runner import run_study
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import mean, share
-from steadyload.studies.study import Progress, silent
 
 BASE = "t_max=0.3,eps_t=10,eps_r=10,friction=0.5,between_steps=reseat"
 """Untuned parameters: time, thresholds and friction of the reference simulation, nothing else."""
@@ -96,7 +96,7 @@ def _ask(
     drawn: Drawn,
     work: Path,
     workers: int | Executor,
-    progress: Progress,
+    progress: NamedProgress,
 ) -> list[_Answers]:
     """Answers of all methods, judged where they are missing; methods take turns at some layouts."""
     asked = [str(make_method(spec).spec) for spec in specs]
@@ -129,7 +129,7 @@ def engine_agreement(
     frequencies: Sequence[int] = FREQUENCIES,
     *,
     workers: int | Executor = 1,
-    progress: Progress = silent,
+    progress: NamedProgress = silent,
 ) -> list[EngineAgreement]:
     """Share of equal failing steps between every two 3-D engines, by frequency, with costs.
 
@@ -167,7 +167,7 @@ def option_effects(
     work: Path,
     *,
     workers: int | Executor = 1,
-    progress: Progress = silent,
+    progress: NamedProgress = silent,
 ) -> list[OptionEffect]:
     """Effect of each option on verdicts and CPU time, per engine that does not ignore it.
 

@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from steadyload.config import option, positive_number
-from steadyload.studies.study import Progress, PublishedPage, Study, silent
+from steadyload.progress import NamedProgress, silent
+from steadyload.studies.study import PublishedPage, Study
 
 
 @dataclass(frozen=True)
@@ -39,7 +40,12 @@ class Extremes(Study[ExtremesConfig, Any]):
     published = (PublishedPage("extremes", "--write-envelope"),)
 
     def run(
-        self, config: ExtremesConfig, work: Path, *, workers: int = 1, progress: Progress = silent
+        self,
+        config: ExtremesConfig,
+        work: Path,
+        *,
+        workers: int = 1,
+        progress: NamedProgress = silent,
     ) -> Any:
         """The limits that each engine holds, and provenance."""
         from steadyload.runs.provenance import provenance

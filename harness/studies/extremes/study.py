@@ -19,12 +19,13 @@ from steadyload.engines.registry import engines as registered
 from steadyload.engines.registry import engines_here, package_versions, world_class
 from steadyload.errors import nearest
 from steadyload.methods.simulation import loading
+from steadyload.progress import Progress, silent
 from steadyload.properties import closed_forms as closed_form_runs
 from steadyload.runs.asked import Asked, asked
 from steadyload.runs.definition import StudyError
 from steadyload.runs.pool import IN_THIS_PROCESS, PartLimit
 from steadyload.runs.provenance import made_on, provenance
-from steadyload.runs.store import Codec, Progress, Store, locked
+from steadyload.runs.store import Codec, Store, locked
 from steadyload.runs.units import hard_seconds
 from steadyload.studies.extremes import measuring as extreme_runs
 from steadyload.studies.extremes import sweeps as sweeps_of
@@ -84,7 +85,7 @@ def run_extremes(
     frequencies: Sequence[int] = FREQUENCIES,
     timeout: float = TIMEOUT,
     workers: int = IN_THIS_PROCESS,
-    progress: Progress = lambda done, total: None,
+    progress: Progress = silent,
 ) -> list[ExtremeCell]:
     """Measure the missing cells of sweeps; returns all selected cells, in the order of the page.
 
@@ -135,7 +136,7 @@ def run_extremes(
                 crashed=cell_without_verdict,
                 limit=PartLimit(hard_seconds(timeout), cell_without_verdict),
                 workers=workers,
-                progress=lambda new, _, done=done: progress(done + new, len(units)),  # type: ignore[misc]
+                progress=lambda new, _, done=done: progress(done + new, len(units)),
             )
             cells |= {unit.key: store.read(unit.key) for unit in waiting}
         manifest = {"engines": names, "sweeps": picked, "timeout": timeout, **made_with}

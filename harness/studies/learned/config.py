@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from steadyload.config import option
-from steadyload.studies.study import Progress, PublishedPage, Study, silent
+from steadyload.progress import NamedProgress, silent
+from steadyload.studies.study import PublishedPage, Study
 
 
 @dataclass(frozen=True)
@@ -39,7 +40,12 @@ class LearnedStudy(Study[LearnedConfig, Any]):
     published = (PublishedPage("learned", "--foreign ../shared/data/aclpp/*.yaml"),)
 
     def run(
-        self, config: LearnedConfig, work: Path, *, workers: int = 1, progress: Progress = silent
+        self,
+        config: LearnedConfig,
+        work: Path,
+        *,
+        workers: int = 1,
+        progress: NamedProgress = silent,
     ) -> Any:
         """The trainings with their verdicts, and provenance."""
         from steadyload.errors import nearest

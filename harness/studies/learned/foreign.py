@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,6 +15,7 @@ from steadyload.learners.plans.plan import ForeignPlan
 from steadyload.learners.ranges import QUANTITIES, SLACK, extent_of
 from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.registry import make_method
+from steadyload.progress import Progress, silent
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.results import load_results
 from steadyload.runs.runner import run_study
@@ -70,7 +71,7 @@ def foreign_layouts(
     *,
     limit: int | None = None,
     workers: int,
-    progress: Callable[[int, int], None] = lambda done, total: None,
+    progress: Progress = silent,
 ) -> Foreign:
     """Share of layouts that learned methods refuse, and their agreement with other methods.
 

@@ -19,6 +19,7 @@ from steadyload.learners.jobs import BENCHMARK
 from steadyload.learners.plans.plan import Contrast, Plan, Section
 from steadyload.learners.plans.trainings import Workshop
 from steadyload.learners.weights import load_weights, shipped_weights
+from steadyload.progress import NamedProgress, silent
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import share
 from steadyload.studies.learned.calibration import MethodCalibration, calibration
@@ -32,7 +33,6 @@ from steadyload.studies.learned.summary import (
     TrainedRow,
 )
 from steadyload.studies.learned.table import judge_table
-from steadyload.studies.study import Progress, silent
 
 
 def learner_study(
@@ -44,7 +44,7 @@ def learner_study(
     limit: int | None = None,
     foreign: Sequence[Path] = (),
     workers: int,
-    progress: Progress = silent,
+    progress: NamedProgress = silent,
 ) -> Learned:
     """Make the missing trainings of a plan, then judge; an interrupted study is resumed.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 
 import pandas as pd
@@ -14,6 +14,7 @@ from steadyload.learners.plans.plan import Plan, TablePlan
 from steadyload.learners.plans.trainings import Workshop
 from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.registry import make_method
+from steadyload.progress import Progress, silent
 from steadyload.runs.costs import timed_costs
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.evaluation import evaluate
@@ -45,7 +46,7 @@ def judge_table(
     *,
     limit: int | None,
     workers: int,
-    progress: Callable[[int, int], None] = lambda done, total: None,
+    progress: Progress = silent,
 ) -> MethodTable:
     """Judge the part by all methods of the table, then time them in turns.
 

@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from steadyload.config import option, set_option
-from steadyload.studies.study import Progress, PublishedPage, Study, silent
+from steadyload.progress import NamedProgress, silent
+from steadyload.studies.study import PublishedPage, Study
 
 
 @dataclass(frozen=True)
@@ -32,7 +33,12 @@ class PrecisionStudy(Study[PrecisionConfig, Any]):
     published = (PublishedPage("precision", "--directory lists"),)
 
     def run(
-        self, config: PrecisionConfig, work: Path, *, workers: int = 1, progress: Progress = silent
+        self,
+        config: PrecisionConfig,
+        work: Path,
+        *,
+        workers: int = 1,
+        progress: NamedProgress = silent,
     ) -> Any:
         """The arguments of the page, in its order."""
         from steadyload.runs.able import fixed_step_engines

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from steadyload.engines.world import Box, FixedStepWorld, Poses, WorldSettings
+from steadyload.progress import NamedProgress, silent
 from steadyload.properties import closed_forms as measuring
 from steadyload.properties.closed_form_tests import (
     ClosedFormResult,
@@ -24,7 +25,6 @@ from steadyload.properties.closed_forms import Stage
 from steadyload.runs.asked import Asked, asked, kept_rows
 from steadyload.runs.pool import Executor
 from steadyload.runs.provenance import made_on
-from steadyload.studies.study import Progress, silent
 
 EDGES = (0.1, 1.0, 10.0)
 """Edge of the cubes of a test [m]; at the first one a test is that of the closed forms."""
@@ -96,7 +96,7 @@ def closed_forms_by_size(
     work: Path,
     *,
     workers: int | Executor = 1,
-    progress: Progress = silent,
+    progress: NamedProgress = silent,
 ) -> dict[tuple[str, str, float], ClosedFormResult]:
     """Results by test, engine and edge; measured where they are missing.
 

@@ -12,6 +12,7 @@ import pandas as pd
 from steadyload.atomic import without_link
 from steadyload.layouts.benchmark.dataset import set_named
 from steadyload.layouts.formats import Format, write_layouts
+from steadyload.progress import NamedProgress, silent
 from steadyload.runs.able import fixed_step_engines
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.judged import load_judged
@@ -19,7 +20,6 @@ from steadyload.runs.labels import item_lists, labelled_material
 from steadyload.runs.runner import run_study
 from steadyload.statistics.clusters import Clusters
 from steadyload.studies.precision.changes import AS_IT_IS, CHANGES, Change
-from steadyload.studies.study import Progress, silent
 
 PART = "test"
 """Part of the labelled set; nothing was tuned on it."""
@@ -53,7 +53,7 @@ def judge_changed(
     *,
     only: Sequence[str] = (),
     workers: int = 1,
-    progress: Progress = silent,
+    progress: NamedProgress = silent,
 ) -> Answers:
     """Judge all cases under every change, as far as that is missing.
 

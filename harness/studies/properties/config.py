@@ -8,7 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from steadyload.config import methods_option, option
-from steadyload.studies.study import Progress, PublishedPage, Study, silent
+from steadyload.progress import NamedProgress as Progress
+from steadyload.progress import silent
+from steadyload.studies.study import PublishedPage, Study
 
 PROFILES = ("quick", "ci", "deep")
 

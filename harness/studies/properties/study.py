@@ -29,6 +29,7 @@ from steadyload.layouts.writers import as_native
 from steadyload.methods.envelope import ENVELOPES
 from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.tuned import TUNED, tuned
+from steadyload.progress import Progress
 from steadyload.properties import PropertyError
 from steadyload.properties.findings import finding
 from steadyload.properties.property import Case, MethodUnderTest, Property
@@ -36,7 +37,7 @@ from steadyload.properties.registry import PROPERTIES, by_kind
 from steadyload.properties.search import VERSION, Counterexample, Frequency, PropertyResult, search
 from steadyload.runs.pool import IN_THIS_PROCESS, SinglePart
 from steadyload.runs.provenance import key_of, made_by, provenance_lines
-from steadyload.runs.store import Codec, Progress, Store, locked
+from steadyload.runs.store import Codec, Store, locked
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import share
 

@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from steadyload.config import methods_option, option, positive_number, set_option
-from steadyload.studies.study import Progress, PublishedPage, Study, silent
+from steadyload.progress import NamedProgress, silent
+from steadyload.studies.study import PublishedPage, Study
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,7 @@ class Real(Study[RealConfig, Any]):
     published = (PublishedPage("real", "--workers 1"),)
 
     def run(
-        self, config: RealConfig, work: Path, *, workers: int = 1, progress: Progress = silent
+        self, config: RealConfig, work: Path, *, workers: int = 1, progress: NamedProgress = silent
     ) -> Any:
         """The summary of what was judged, by question and number of boxes."""
         from steadyload.studies.real.study import RealStudyOptions, judge_real

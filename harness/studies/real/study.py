@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
@@ -20,6 +20,7 @@ from steadyload.layouts.model.floor import FloorKind
 from steadyload.layouts.model.question import Question, with_question
 from steadyload.layouts.model.scenarios import Scenario
 from steadyload.methods.tuned import TUNED, tuned_engines
+from steadyload.progress import Progress, silent
 from steadyload.runs.able import able_methods
 from steadyload.runs.definition import StudyDefinition, StudyError
 from steadyload.runs.pool import Executor
@@ -63,8 +64,6 @@ REAL, SMALL = "real", "small"
 """Run folders in the work folder: of the set of real size, and of small layouts."""
 
 _SHARD_SIZE = 12
-
-Progress = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
@@ -157,7 +156,7 @@ def judge_real(
     work: Path,
     *,
     workers: int | Executor,
-    progress: Progress = lambda done, total: None,
+    progress: Progress = silent,
 ) -> JudgedReal:
     """Judge all cases by all methods, then customers' pallets on several floors by a few.
 

@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from steadyload.config import methods_option, option
-from steadyload.studies.study import Progress, Study, silent
+from steadyload.progress import NamedProgress, silent
+from steadyload.studies.study import Study
 
 QUICK_EPOCHS = 10
 
@@ -54,7 +55,7 @@ class ReplicationStudy(Study[ReplicationConfig, Any]):
         work: Path,
         *,
         workers: int = 1,
-        progress: Progress = silent,
+        progress: NamedProgress = silent,
     ) -> Any:
         """The summary of what was judged and trained; of labels alone how many there are."""
         from steadyload.labelling.paper_labels import label_files

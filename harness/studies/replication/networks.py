@@ -24,9 +24,10 @@ from steadyload.learners.scoring import items_safe
 from steadyload.learners.sequences import Sequences
 from steadyload.learners.training import VERSION, Training
 from steadyload.methods.contract.spec import as_plain
+from steadyload.progress import Progress, silent
 from steadyload.runs.pool import SinglePart
 from steadyload.runs.provenance import key_of
-from steadyload.runs.store import CHECKPOINTS, Progress, Store, locked, parquet
+from steadyload.runs.store import CHECKPOINTS, Store, locked, parquet
 from steadyload.studies.replication.splits import Fold, steps_safe
 
 NETWORKS = training_preset("paper-ensemble").networks
@@ -203,7 +204,7 @@ def networks_on_folds(
     budget: float,
     *,
     workers: int = 0,
-    progress: Progress = lambda done, total: None,
+    progress: Progress = silent,
 ) -> Iterator[FoldNetwork]:
     """Train and test the networks that are missing, each with one thread, and return all.
 

@@ -18,6 +18,7 @@ from steadyload.layouts.benchmark.tables import CASES, OPINIONS, write_tables
 from steadyload.layouts.model.layout import Layout
 from steadyload.learners.features import FeatureKind
 from steadyload.learners.options import TrainingOptions
+from steadyload.progress import NamedProgress, silent
 from steadyload.runs.able import able_methods
 from steadyload.runs.accuracy import verdicts_against_labels
 from steadyload.runs.definition import StudyDefinition
@@ -47,7 +48,6 @@ from steadyload.studies.replication.splits import (
     share_with_twin,
     steps_safe,
 )
-from steadyload.studies.study import Progress, silent
 
 Rights = NDArray[np.bool_]
 """Mask of the test files on which a seed of a method is right, (seeds, files)."""
@@ -138,7 +138,7 @@ class Replicated:
 
 
 def replicate(
-    asked: ReplicationOptions, work: Path, *, workers: int = 1, progress: Progress = silent
+    asked: ReplicationOptions, work: Path, *, workers: int = 1, progress: NamedProgress = silent
 ) -> Replicated:
     """Make, label, judge and train what is missing; an interrupted run is resumed.
 
@@ -280,7 +280,7 @@ def _trained(
     layouts: Sequence[Layout],
     work: Path,
     workers: int,
-    progress: Progress,
+    progress: NamedProgress,
 ) -> dict[SplitKind, SplitResult]:
     made = {kind: folds(cases, part, kind) for kind in SplitKind}
     plans = {kind: ensembles_of(kind, asked) for kind in SplitKind}

@@ -6,12 +6,13 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from steadyload.methods.registry import make_method
+from steadyload.progress import NamedProgress as Progress
+from steadyload.progress import silent
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.pool import Executor
 from steadyload.runs.runner import run_study
 from steadyload.studies.sensitivity.rules import RULES
 from steadyload.studies.sensitivity.summary import Sensitivity, summarise
-from steadyload.studies.study import Progress, silent
 
 METHODS = (
     "fbs",

@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from steadyload.config import methods_option, option
-from steadyload.studies.study import Progress, Study, silent
+from steadyload.progress import NamedProgress, silent
+from steadyload.studies.study import Study
 
 PARTS = ("cost", "gain")
 
@@ -41,7 +42,12 @@ class SessionStudy(Study[SessionConfig, Any]):
     workers = None
 
     def run(
-        self, config: SessionConfig, work: Path, *, workers: int = 1, progress: Progress = silent
+        self,
+        config: SessionConfig,
+        work: Path,
+        *,
+        workers: int = 1,
+        progress: NamedProgress = silent,
     ) -> Any:
         """The costs, scenes and gains, and their provenance."""
         from steadyload.runs.provenance import provenance_lines

@@ -15,12 +15,12 @@ from steadyload.layouts.packing.packing import ITEM_CLASSES, make_instance
 from steadyload.methods.contract.method import Verdict
 from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.registry import make_method
+from steadyload.progress import NamedProgress, silent
 from steadyload.runs.asked import Asked, kept_rows
 from steadyload.runs.provenance import made_by
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import mean, share
 from steadyload.studies.session.stable_packing import pack_stably
-from steadyload.studies.study import Progress, silent
 
 VERSION = 1
 """Version of the packing: raised when the same methods come to other bins."""
@@ -204,7 +204,7 @@ def packing_gains(
     judge: str = JUDGE,
     instances: int = 5,
     heuristics: Sequence[Heuristic] = PACKED_BY,
-    progress: Progress = silent,
+    progress: NamedProgress = silent,
 ) -> list[PackingTask]:
     """Pack item lists of all classes with every method that rejects, and without any.
 

@@ -17,10 +17,10 @@ from steadyload.methods.contract.method import Method
 from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.registry import make_method
 from steadyload.methods.session.session import LoadingSession
+from steadyload.progress import NamedProgress, silent
 from steadyload.runs.asked import Asked, kept_rows
 from steadyload.runs.provenance import made_by
 from steadyload.statistics.growth import slope
-from steadyload.studies.study import Progress, silent
 
 COSTED = (
     "pbs0.7",
@@ -164,7 +164,7 @@ class CurvesUnit(Asked[MeasuredCurves], question="cost of a placement"):
         """Description of the curves for messages."""
         return f"placements of {len(self.methods)} methods, up to {self.count} items"
 
-    def measure(self, progress: Progress = silent) -> MeasuredCurves:
+    def measure(self, progress: NamedProgress = silent) -> MeasuredCurves:
         """Measure them; ``progress`` is called with a description of the current measurement."""
         methods = [make_method(spec) for spec in self.methods]
         cells = []
@@ -190,7 +190,7 @@ def session_curves(
     specs: Sequence[str] = COSTED,
     *,
     count: int = 200,
-    progress: Progress = silent,
+    progress: NamedProgress = silent,
 ) -> tuple[list[SessionCurve], Mapping[str, str]]:
     """Cost of a placement against the number of items loaded, by scene and method.
 

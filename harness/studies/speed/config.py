@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from steadyload.config import methods_option, option
-from steadyload.studies.study import Progress, PublishedPage, Study, silent
+from steadyload.progress import NamedProgress, silent
+from steadyload.studies.study import PublishedPage, Study
 
 _FEW = 10
 
@@ -43,7 +44,7 @@ class Speed(Study[SpeedConfig, Any]):
     published = (PublishedPage("speed", "--last --layouts ../shared/data/pallets/pallets.json"),)
 
     def run(
-        self, config: SpeedConfig, work: Path, *, workers: int = 1, progress: Progress = silent
+        self, config: SpeedConfig, work: Path, *, workers: int = 1, progress: NamedProgress = silent
     ) -> Any:
         """The run, which is added to the history in ``work``, and those before it."""
         from steadyload.studies.speed.history import earlier_runs, former_runs, keep, last_run

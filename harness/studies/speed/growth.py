@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from steadyload.layouts.model.layout import Layout
 from steadyload.methods.contract.method import Method, Status
+from steadyload.progress import NamedProgress, silent
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.growth import exponent
 from steadyload.statistics.metrics import median
@@ -49,7 +51,7 @@ def growth_curves(
     *,
     repeats: int,
     patience: float,
-    progress: Callable[[str], None],
+    progress: NamedProgress = silent,
 ) -> list[GrowthCurve]:
     """Cost by number of items: a curve a scene and method.
 
@@ -62,7 +64,7 @@ def growth_curves(
         counts: numbers of items.
         repeats: of every judgement.
         patience: seconds after which a judgement is given up.
-        progress: called with a description of the current measurement.
+        progress: called with each scene and method, then with repeats done and repeats in all.
     """
     jobs = []
     for scene in scenes:
@@ -77,7 +79,7 @@ def growth_curves(
                     together = judging_together(method, [layout] * copies)
                     if together is not None:
                         jobs.append(Job(_Key(Kind.BATCH, *of), copies, together))
-    measure(jobs, repeats, progress, enough=_ENOUGH)
+    measure(jobs, repeats, partial(progress, "growth"), enough=_ENOUGH)
     return [_curve(scene.name, spec, jobs) for scene in scenes for spec in methods]
 
 

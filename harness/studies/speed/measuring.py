@@ -14,6 +14,7 @@ from steadyload.layouts.model.layout import Item, Layout
 from steadyload.methods.contract.method import Method, NotBatchedError, verdict_by
 from steadyload.methods.contract.verdict import STABLE
 from steadyload.methods.session.session import LoadingSession
+from steadyload.progress import Progress
 
 _LEAST = 2e-3
 """CPU time of a repeat at least [s]; shorter work is done several times."""
@@ -43,7 +44,7 @@ class Job:
 def measure(
     jobs: Sequence[Job],
     repeats: int,
-    progress: Callable[[str], None],
+    progress: Progress,
     *,
     enough: float = ENOUGH,
 ) -> None:
@@ -54,7 +55,7 @@ def measure(
     Args:
         jobs: that are measured.
         repeats: of every job.
-        progress: called with a description of the current repeat.
+        progress: called with repeats done and repeats in all.
         enough: CPU seconds of a job after which it is not repeated again.
     """
     loops, spent = [], [0.0] * len(jobs)
@@ -62,7 +63,7 @@ def measure(
         first = max(job.work(), 1e-7)
         loops.append(math.ceil(_LEAST / first))
     for repeat in range(repeats):
-        progress(f"repeat {repeat + 1} of {repeats}")
+        progress(repeat, repeats)
         start = repeat * len(jobs) // max(repeats, 1)
         for place in [*range(start, len(jobs)), *range(start)]:
             if spent[place] > enough:

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numba
 
 from steadyload.layouts.model.layout import Layout
 from steadyload.methods.contract.method import Method, Status
 from steadyload.methods.registry import make_method
+from steadyload.progress import NamedProgress
 from steadyload.runs.provenance import machine_kind, provenance, provenance_lines, source_line
 from steadyload.runs.timing import machine_load
 from steadyload.statistics.metrics import median
@@ -37,8 +39,6 @@ _EVERY = 10
 _LONGEST = 10.0
 """CPU time of judging a set once above which only every tenth layout is judged [s]."""
 
-Progress = Callable[[str], None]
-
 
 @dataclass(frozen=True, slots=True)
 class Extent:
@@ -62,7 +62,7 @@ QUICK = Extent(repeats=3, draws=2, most_items=50, patience=0.5)
 
 
 def speed_run(
-    specs: Sequence[str], sets: Sequence[Cases], extent: Extent, progress: Progress
+    specs: Sequence[str], sets: Sequence[Cases], extent: Extent, progress: NamedProgress
 ) -> SpeedRun:
     """Measure methods on sets of layouts, the first of which is the labelled one.
 
@@ -121,7 +121,7 @@ def _costs(
     cases: Cases,
     judged: Mapping[str, tuple[list[Layout], int]],
     repeats: int,
-    progress: Progress,
+    progress: NamedProgress,
 ) -> list[Cost]:
     """Costs on one set: without a method, and of every method in every way that it can judge.
 
@@ -130,7 +130,7 @@ def _costs(
         cases: the set.
         judged: by spec, the layouts of the set that are judged, and how many had no verdict.
         repeats: of every measurement.
-        progress: called with a description of the current measurement.
+        progress: called with repeats done and repeats in all.
     """
     name, jobs = cases.name, []
     for kind, work in (
@@ -141,7 +141,7 @@ def _costs(
     for spec, method in methods.items():
         if judged[spec][0]:
             jobs += _jobs(spec, method, judged[spec][0])
-    measure(jobs, repeats, lambda what: progress(f"{name}, {what}"))
+    measure(jobs, repeats, partial(progress, name))
     found = []
     for job in jobs:
         kind, spec = job.key  # type: ignore[misc]

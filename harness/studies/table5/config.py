@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from steadyload.config import methods_option, option, set_option
-from steadyload.studies.study import Progress, PublishedPage, Study, silent
+from steadyload.progress import NamedProgress, silent
+from steadyload.studies.study import PublishedPage, Study
 
 if TYPE_CHECKING:
     from steadyload.studies.table5.study import Table5Options
@@ -74,7 +75,12 @@ class Table5(Study[Table5Config, Any]):
     )
 
     def run(
-        self, config: Table5Config, work: Path, *, workers: int = 1, progress: Progress = silent
+        self,
+        config: Table5Config,
+        work: Path,
+        *,
+        workers: int = 1,
+        progress: NamedProgress = silent,
     ) -> Any:
         """The summary of the run, judged over processes and timed in one; also writes the front."""
         from steadyload.studies.sensitivity.config import Sensitivity, SensitivityConfig

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -16,6 +16,7 @@ from steadyload.layouts.model.question import Question, with_question
 from steadyload.methods.contract.method import Status
 from steadyload.methods.contract.spec import parse_spec
 from steadyload.methods.registry import METHODS, method_class
+from steadyload.progress import Progress, silent
 from steadyload.runs.able import able_methods, asked_question
 from steadyload.runs.definition import StudyDefinition, StudyError
 from steadyload.runs.labels import labelled_material
@@ -89,8 +90,6 @@ _FEW = 0.1
 """Largest share of the timed cases that a method may refuse and still be timed on the others."""
 
 _NO_PLANAR_LABELS = "judges planar layouts alone, which have no labels of this question"
-
-Progress = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
@@ -212,7 +211,7 @@ def judge_table5(
     work: Path,
     *,
     workers: int | Executor,
-    progress: Progress = lambda done, total: None,
+    progress: Progress = silent,
 ) -> None:
     """Judge all cases; an interrupted run is resumed.
 
@@ -238,7 +237,7 @@ def time_table5(
     work: Path,
     *,
     workers: int = 1,
-    progress: Progress = lambda done, total: None,
+    progress: Progress = silent,
 ) -> tuple[Ran, Ran | None]:
     """Time some of the cases, after all were judged; an interrupted run is resumed.
 

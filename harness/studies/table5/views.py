@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
 from pathlib import Path
 
 from steadyload.app.viewing import write_view
 from steadyload.atomic import not_a_link, without_link
 from steadyload.layouts.benchmark import load_benchmark
+from steadyload.progress import Progress, silent
 from steadyload.studies.table5.summary import Table5
 
 FOLDER = "views"
@@ -19,7 +19,7 @@ def with_views(
     output: Path,
     most: int,
     *,
-    progress: Callable[[int, int], None] = lambda done, total: None,
+    progress: Progress = silent,
 ) -> Table5:
     """The same page, with links to views of the cases to watch.
 

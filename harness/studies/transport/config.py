@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from steadyload.config import option
-from steadyload.studies.study import Progress, Study, silent
+from steadyload.progress import NamedProgress, silent
+from steadyload.studies.study import Study
 
 
 @dataclass(frozen=True)
@@ -38,7 +39,12 @@ class TransportStudy(Study[TransportConfig, Any]):
     Config = TransportConfig
 
     def run(
-        self, config: TransportConfig, work: Path, *, workers: int = 1, progress: Progress = silent
+        self,
+        config: TransportConfig,
+        work: Path,
+        *,
+        workers: int = 1,
+        progress: NamedProgress = silent,
     ) -> Any:
         """The arguments of the page, in its order."""
         from steadyload.runs.provenance import provenance_lines

@@ -18,12 +18,12 @@ from steadyload.layouts.model.question import Question
 from steadyload.methods.contract.spec import parse_spec
 from steadyload.methods.registry import make_method
 from steadyload.methods.tuned import TUNED
+from steadyload.progress import NamedProgress, silent
 from steadyload.runs.able import fixed_step_engines
 from steadyload.runs.asked import Asked, asked, measured
 from steadyload.runs.pool import Executor, PartLimit
 from steadyload.runs.provenance import made_by
 from steadyload.runs.store import JSON, Store, locked
-from steadyload.studies.study import Progress, silent
 from steadyload.transport.limits import EXACT, VERSION, Limit, around, limits
 from steadyload.transport.whole_load import whole_load_limit
 
@@ -154,7 +154,7 @@ def limits_of_loads(
     work: Path,
     *,
     workers: int | Executor = 1,
-    progress: Progress = silent,
+    progress: NamedProgress = silent,
 ) -> LoadLimits:
     """Find the missing limits, and return all.
 

@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from steadyload.config import REQUIRED, operand, option
-from steadyload.studies.study import Progress, PublishedPage, Study, silent
+from steadyload.progress import NamedProgress, silent
+from steadyload.studies.study import PublishedPage, Study
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,7 +45,12 @@ class TuningStudy(Study[TuningConfig, Any]):
     published = (PublishedPage("tuning", "reports/published/tuning/searches/*/ --limit 150"),)
 
     def run(
-        self, config: TuningConfig, work: Path, *, workers: int = 1, progress: Progress = silent
+        self,
+        config: TuningConfig,
+        work: Path,
+        *,
+        workers: int = 1,
+        progress: NamedProgress = silent,
     ) -> Any:
         """The evaluated presets, and provenance."""
         from steadyload.runs.provenance import provenance_lines

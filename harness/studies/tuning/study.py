@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,7 @@ from steadyload.layouts.model.question import Question
 from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.registry import make_method
 from steadyload.methods.tuned import TUNED, tuned
+from steadyload.progress import Progress, silent
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.evaluation import Evaluation, evaluate
 from steadyload.runs.runner import run_study
@@ -56,8 +57,6 @@ _SHARD_SIZE = 60
 _STOPPED = GOAL.partition(":")[2]
 """Parameters of samples and of a stop at rest, which PS_3 and PS_5 are given like all methods."""
 
-Progress = Callable[[int, int], None]
-
 
 @dataclass(frozen=True)
 class _Engine:
@@ -97,7 +96,7 @@ def tuning_study(
     *,
     workers: int,
     limit: int | None = None,
-    progress: Progress = lambda done, total: None,
+    progress: Progress = silent,
 ) -> Tuning:
     """Compare the tuned presets with others on the test part, and measure the gain of each part.
 

@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from steadyload.config import methods_option, option
-from steadyload.studies.study import Progress, Study, silent
+from steadyload.progress import NamedProgress, silent
+from steadyload.studies.study import Study
 
 
 @dataclass(frozen=True)
@@ -40,7 +41,12 @@ class Uncertain(Study[UncertainConfig, Any]):
     Config = UncertainConfig
 
     def run(
-        self, config: UncertainConfig, work: Path, *, workers: int = 1, progress: Progress = silent
+        self,
+        config: UncertainConfig,
+        work: Path,
+        *,
+        workers: int = 1,
+        progress: NamedProgress = silent,
     ) -> Any:
         """The summary of the samples, and provenance."""
         from steadyload.runs.provenance import provenance_lines

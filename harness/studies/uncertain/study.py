@@ -17,11 +17,12 @@ from steadyload.engines.registry import package_versions
 from steadyload.layouts.benchmark import Benchmark, Part, load_benchmark
 from steadyload.methods.registry import make_method
 from steadyload.methods.uncertainty import parse_uncertainty
+from steadyload.progress import Progress, silent
 from steadyload.runs import verdict_reliability
 from steadyload.runs.labels import Case
 from steadyload.runs.pool import IN_THIS_PROCESS
 from steadyload.runs.provenance import made_by
-from steadyload.runs.store import JSON, Progress, Store, locked
+from steadyload.runs.store import JSON, Store, locked
 from steadyload.runs.verdict_reliability import FIRST_LOOK, Sampling
 from steadyload.studies.uncertain import cases as uncertain_cases
 from steadyload.studies.uncertain.cases import Question, Row, Unit, crashed_row, sample_unit
@@ -81,7 +82,7 @@ def run_uncertain(
     directory: Path,
     *,
     workers: int = IN_THIS_PROCESS,
-    progress: Progress = lambda done, total: None,
+    progress: Progress = silent,
 ) -> Sampled:
     """Sample the missing cases in ``directory``; an interrupted run is resumed.
 

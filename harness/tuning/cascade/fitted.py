@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from itertools import chain
 from typing import Any
 
@@ -16,6 +16,7 @@ from steadyload.layouts.model.question import Question, with_question
 from steadyload.methods.cascade.thresholds import Ladder, Stage, Thresholds, fingerprint
 from steadyload.methods.contract.spec import SpecError
 from steadyload.methods.registry import make_method
+from steadyload.progress import Progress, silent
 from steadyload.runs.provenance import provenance
 from steadyload.tuning import TuningError
 from steadyload.tuning.cascade.evaluation import evaluate
@@ -59,8 +60,6 @@ SURE = 0.95
 
 ELSEWHERE = 200
 """Cases a scenario of the training part, for stages that learnt nothing from it."""
-
-Progress = Callable[[int, int], None]
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -132,9 +131,7 @@ class FitOptions:
         )
 
 
-def fit_cascade(
-    options: FitOptions, *, progress: Progress = lambda done, total: None
-) -> Thresholds:
+def fit_cascade(options: FitOptions, *, progress: Progress = silent) -> Thresholds:
     """Thresholds of the cheapest cascade within each budget, from the scores of all candidates.
 
     Args:

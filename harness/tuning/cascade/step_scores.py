@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 
@@ -13,13 +13,12 @@ from numpy.typing import NDArray
 
 from steadyload.methods.contract.method import Method, RefusedError, Stopwatch
 from steadyload.methods.registry import make_method
+from steadyload.progress import Progress, silent
 from steadyload.tuning.cases import Case
 
 BoolArray = NDArray[np.bool_]
 FloatArray = NDArray[np.float64]
 Indices = NDArray[np.intp]
-
-Progress = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
@@ -90,7 +89,7 @@ def score_steps(
     specs: Sequence[str],
     cases: Sequence[Case],
     *,
-    progress: Progress = lambda done, total: None,
+    progress: Progress = silent,
 ) -> Table:
     """Score every labelled step by several methods, one after the other.
 
