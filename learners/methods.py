@@ -100,7 +100,7 @@ class LearnedMethod(Method):
     @property
     def traits(self) -> frozenset[Trait]:
         """See :attr:`Method.traits`."""
-        return frozenset((Trait.STEPWISE, Trait.CENTRES_OF_MASS))
+        return frozenset((Trait.STEPWISE, Trait.CENTRES_OF_MASS, Trait.LEARNED))
 
     @property
     def layout_range(self) -> LayoutRange:

@@ -17,6 +17,11 @@ from steadyload.learners.weights import (
 from steadyload.runs.provenance import provenance
 
 
+def method_for(members: int) -> str:
+    """Name of the method that judges by so many networks, and of its shipped weights."""
+    return "lstm_1" if members == 1 else "lstm_e"
+
+
 def check_before(name: str, *, leaky: bool) -> None:
     """Check, before hours are spent, that weights trained now may be shipped.
 

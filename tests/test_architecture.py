@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from steadyload.engines.registry import ENGINES
+from steadyload.methods.registry import METHODS, presets
 
 ROOT = Path(__file__).parents[1]
 
@@ -289,12 +290,65 @@ def test_files_are_small_and_shadow_no_library(path):
     assert path.stem not in {"pybullet", "mujoco", "dartpy", "pymunk", "pydrake", "torch", "utils"}
 
 
-def test_engines_are_named_in_no_condition():
+NAMES = {*ENGINES, *METHODS, *presets()}
+STARTS = {"fbs", "pbs", "ps", "lstm", *NAMES}
+"""Names of methods and engines, and how names of a kind start."""
+
+NAMING = {
+    "engines.registry": "the engines",
+    "methods.registry": "the methods",
+    "reports.style": "their colours and markers",
+    "tuning.cascade.defaults": "stages of a cascade, each with parameters, in order",
+}
+"""Modules that list methods or engines by name, and why; others ask a registry by trait. Studies
+name those that they compare."""
+
+
+def named(text):
+    """The method or engine that a text is of; else the text."""
+    return text.partition("@")[0].partition(":")[0]
+
+
+def named_in(node):
+    """Names of methods and engines that a node asks for: in a comparison, or as an ending."""
+    values = {n.value for n in ast.walk(node) if isinstance(n, ast.Constant)}
+    texts = {value for value in values if isinstance(value, str)}
+    if isinstance(node, ast.Compare):
+        return {text for text in texts if named(text) in NAMES}
+    if isinstance(node, ast.Call) and getattr(node.func, "attr", "") in ("startswith", "endswith"):
+        return {text for text in texts if named(text).strip("_-") in STARTS}
+    return set()
+
+
+def lists(node):
+    """Names of methods and engines that a literal holds."""
+    elements = node.keys if isinstance(node, ast.Dict) else getattr(node, "elts", ())
+    values = {element.value for element in elements if isinstance(element, ast.Constant)}
+    return {value for value in values if isinstance(value, str) and named(value) in NAMES}
+
+
+def test_methods_and_engines_are_named_in_no_condition():
     for path in modules().values():
         for node in ast.walk(ast.parse(path.read_text())):
-            if isinstance(node, ast.Compare):
-                values = [n.value for n in ast.walk(node) if isinstance(n, ast.Constant)]
-                assert not set(ENGINES) & set(map(str, values)), path
+            assert not named_in(node), f"{path}:{node.lineno}"
+
+
+def test_methods_and_engines_are_listed_in_registries():
+    listing = {
+        name
+        for name, path in modules().items()
+        if floor(name) != "studies"
+        and any(len(lists(node)) > 1 for node in ast.walk(ast.parse(path.read_text())))
+    }
+    assert listing == {*NAMING}
+
+
+@pytest.mark.parametrize(
+    "line",
+    ['spec == "lstm_1"', 'spec.startswith("lstm")', 'spec in ("sme", "x")', 'engine != "mujoco"'],
+)
+def test_a_condition_on_a_name_is_found(line):
+    assert any(named_in(node) for node in ast.walk(ast.parse(line)))
 
 
 PROGRESS = re.compile(r"^(class )?(Named)?Progress( =|\()|Callable\[\[int, int\], None\]", re.M)

@@ -8,6 +8,7 @@ from pathlib import Path
 from steadyload.cli.readers import number
 from steadyload.cli.terminal import print_table, progress_bar
 from steadyload.config import option
+from steadyload.tuning.cascade.defaults import BUDGETS, CANDIDATES, CONFIDENCE, ENGINE, OF_STANDS
 
 
 @dataclass(frozen=True)
@@ -15,19 +16,21 @@ class Fit:
     """Engines, candidate stages, and the error budget."""
 
     engines: tuple[str, ...] = option(
-        (), "engine of the last stage; may be repeated (default: mujoco)", names=("--engine",)
-    )
+        (), f"engine of the last stage; may be repeated (default: {ENGINE})",
+        names=("--engine",),
+    )  # fmt: skip
     error_budget: tuple[float, ...] = option(
         (), "accuracy that the stages before the last may cost, in percentage points; of several "
-        "the first is the default (default: 0.5 1 2 5)", metavar="POINTS", read=number, fewest=1,
+        f"the first is the default (default: {' '.join(f'{b:g}' for b in BUDGETS)})",
+        metavar="POINTS", read=number, fewest=1,
     )  # fmt: skip
-    confidence: float | None = option(
-        None, "that lost accuracy keeps within the budget (default: 0.5)", metavar="C", read=number
-    )
+    confidence: float = option(
+        CONFIDENCE, f"that lost accuracy keeps within the budget (default: {CONFIDENCE:g})",
+        metavar="C", read=number,
+    )  # fmt: skip
     candidates: tuple[str, ...] = option(
-        (), "a method that may become a stage, in order; may be repeated (default: fbs, "
-        "equilibrium, lstm_1, lstm_e, settling, equilibrium:time=0.3, the last with scope=local; "
-        "for stands fbs, equilibrium:margin=0.01, networks, settling, the last with scope=local)",
+        (), "a method that may become a stage, in order; may be repeated (default: "
+        f"{', '.join(CANDIDATES)}; for stands {', '.join(OF_STANDS)})",
         names=("--candidate",), metavar="SPEC",
     )  # fmt: skip
     benchmark: str | None = option(
@@ -52,13 +55,7 @@ class Fit:
         from steadyload.layouts.model.question import Question
         from steadyload.methods.cascade.thresholds import FILE, write_thresholds
         from steadyload.runs.provenance import provenance
-        from steadyload.tuning.cascade.fitted import (
-            BUDGETS,
-            CONFIDENCE,
-            FitOptions,
-            check_remakable,
-            fit_cascade,
-        )
+        from steadyload.tuning.cascade.fitted import FitOptions, check_remakable, fit_cascade
 
         question = Question(self.question)
         if self.output is None:  # reported before minutes of work
@@ -67,14 +64,14 @@ class Fit:
             FitOptions(
                 engine,
                 self.error_budget or BUDGETS,
-                CONFIDENCE if self.confidence is None else self.confidence,
+                self.confidence,
                 self.candidates,
                 self.benchmark,
                 self.data,
                 self.limit,
                 question,
             )
-            for engine in self.engines or ("mujoco",)
+            for engine in self.engines or (ENGINE,)
         ]
         fitted = {}
         for one in asked:

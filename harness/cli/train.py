@@ -76,7 +76,7 @@ class Train:
         require_training()
         from steadyload.layouts.model.question import Question
         from steadyload.learners.jobs import TrainingJob, search_options, train_weights
-        from steadyload.learners.shipping import check_before, ship
+        from steadyload.learners.shipping import check_before, method_for, ship
         from steadyload.learners.weights import load_weights
 
         question = Question(self.question)
@@ -94,7 +94,7 @@ class Train:
             leaky=self.leaky,
             question=question,
         )
-        name = "lstm_1" if job.members == 1 else "lstm_e"
+        name = method_for(job.members)
         of = "" if question is Question.WITHIN else f"-{question}"
         if self.ship is not None:
             check_before(self.ship or name + of, leaky=job.leaky)

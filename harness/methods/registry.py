@@ -21,7 +21,7 @@ from steadyload.engines.registry import capabilities, engines
 from steadyload.errors import nearest
 from steadyload.escaping import shown
 from steadyload.layouts.model.question import Question
-from steadyload.methods.contract.method import Method
+from steadyload.methods.contract.method import Method, Trait
 from steadyload.methods.contract.spec import (
     MethodSpec,
     SpecError,
@@ -57,6 +57,7 @@ class Preset:
 
     One that is tuned has other parameters on every engine, ``by_engine``, and exists on no other;
     ``of_question`` holds those that were tuned for another question, by question.
+    ``questions``: those that it was made for, one at a time; empty where only one was thought of.
     """
 
     name: str
@@ -66,6 +67,7 @@ class Preset:
     parameters: Mapping[str, Any]
     by_engine: Mapping[str, Mapping[str, Any]] | None = None
     of_question: Mapping[str, Mapping[str, Mapping[str, Any]]] = field(default_factory=dict)
+    questions: tuple[Question, ...] = ()
 
     def parameters_on(self, engine: str | None, question: str | None = None) -> Mapping[str, Any]:
         """The stored parameters on an engine, tuned for a question where they were.
@@ -101,9 +103,12 @@ def _stated() -> dict[str, Preset]:
         resources.files("steadyload.methods").joinpath("presets.toml").read_text(encoding="utf-8")
     )
     return {
-        name: Preset(name, t["method"], t["title"], t["source"], t.get("parameters", {}))
+        name: Preset(
+            name, t["method"], t["title"], t["source"], t.get("parameters", {}),
+            questions=tuple(map(Question, t.get("questions", ()))),
+        )
         for name, t in tomllib.loads(text).items()
-    }
+    }  # fmt: skip
 
 
 def _tuned() -> dict[str, Preset]:
@@ -113,7 +118,9 @@ def _tuned() -> dict[str, Preset]:
     }
     source = "searches on labelled layouts, an engine each"
     others = {str(q): found.get(tuned_name(q), {}) for q in Question if tuned_name(q) != TUNED}
-    return {TUNED: Preset(TUNED, "simulation", "PS_opt", source, {}, found[TUNED], others)}
+    own = found[TUNED]
+    made = Preset(TUNED, "simulation", "PS_opt", source, {}, own, others, tuple(Question))
+    return {TUNED: made}
 
 
 def method_classes() -> dict[str, str]:
@@ -175,6 +182,34 @@ def usable_methods() -> dict[str, type[Method]]:
         except PluginError as error:
             _log.warning("%s", error)
     return found
+
+
+def methods_with(trait: Trait, engine: str | None = None) -> tuple[str, ...]:
+    """Specs of the methods that declare a trait with their defaults, wherever they come from.
+
+    Args:
+        trait: that is wanted.
+        engine: that methods run on which need one; None leaves these out.
+    """
+    specs = (
+        MethodSpec(name, engine if method.needs_engine else None)
+        for name, method in usable_methods().items()
+        if engine is not None or not method.needs_engine
+    )
+    return tuple(str(spec) for spec in specs if trait in make_method(spec).traits)
+
+
+def each_question(name: str) -> tuple[Question, ...]:
+    """The questions that a method or preset was made for, one at a time.
+
+    A method has a parameter ``question`` for them, a preset states them. Empty for what answers
+    in one way, and for what was made for one question alone.
+    """
+    if name in presets():
+        return presets()[name].questions
+    method = method_class(name)
+    known = {f.name for f in dataclasses.fields(method.Parameters)} if method else set()
+    return tuple(Question) if "question" in known else ()
 
 
 @dataclass(frozen=True, slots=True)

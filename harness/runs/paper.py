@@ -17,7 +17,8 @@ class PaperRow:
     """A column of the paper's Table 5, by group: accuracy, runtime [ms of wall time].
 
     ``families``: families of methods that judge in the same way here, see
-    :attr:`MethodKey.family`. ``namesakes``: those that go by the same name and judge in another.
+    :attr:`MethodKey.family`, or specs. ``namesakes``: those that go by the same name and judge in
+    another.
     """
 
     title: str
@@ -44,13 +45,14 @@ class Paper:
 
     def row_of(self, method: MethodKey) -> PaperRow | None:
         """The column of a method or of its namesake; None where the paper has none."""
-        return next(
-            (row for row in self.rows if method.family in (*row.families, *row.namesakes)), None
+        return self.like(method) or next(
+            (row for row in self.rows if method.family in row.namesakes), None
         )
 
     def like(self, method: MethodKey) -> PaperRow | None:
         """The column of a method that judges in the same way; None where the paper has none."""
-        return next((row for row in self.rows if method.family in row.families), None)
+        named = {method.family, method.spec}
+        return next((row for row in self.rows if not named.isdisjoint(row.families)), None)
 
     def among(self, groups: Iterable[str]) -> list[str]:
         """The groups that the paper has, too."""

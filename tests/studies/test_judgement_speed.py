@@ -298,7 +298,7 @@ def test_the_last_page_is_made_again_without_measuring(tmp_path, capsys, monkeyp
 
 def test_figures_from_before_the_history_are_of_the_benchmarks_methods():
     (former,) = former_runs()
-    assert {method for _, _, method in former.costs} == set(study.METHODS)
+    assert {method for _, _, method in former.costs} == set(config.METHODS)
     assert {cases for cases, _, _ in former.costs} == {"validation", "pallets"}
 
 

@@ -3,6 +3,7 @@
 import re
 import shutil
 import subprocess
+from dataclasses import dataclass, make_dataclass
 from pathlib import Path
 
 import pytest
@@ -10,15 +11,24 @@ import pytest
 from steadyload.cli import main
 from steadyload.cli.commands import commands
 from steadyload.engines import registry as engine_registry
+from steadyload.layouts.model.question import Question
+from steadyload.learners import warming
 from steadyload.methods import registry as method_registry
+from steadyload.methods.contract.method import StepScorer, Trait
 from steadyload.methods.naming import method_key
-from steadyload.methods.registry import make_method
+from steadyload.methods.registry import each_question, make_method, methods_with
+from steadyload.properties.property import MethodUnderTest
+from steadyload.properties.registry import PROPERTIES
 from steadyload.reports.style import colour, marker
+from steadyload.runs.able import asked_question, fixed_step_engines
 from steadyload.studies import published, registry
 from steadyload.studies.engines.settings import engine_records
 from steadyload.studies.engines.settings_page import engines_markdown
 from steadyload.studies.registry import STUDIES, study
+from steadyload.studies.speed.steps import step_shares
 from steadyload.studies.table5.study import Table5Options, standard_methods
+from steadyload.tuning.cascade.step_scores import score_steps
+from steadyload.tuning.cases import Case
 
 ROOT = Path(__file__).parents[2]
 TOYS = ROOT / "tests" / "outside" / "toys"
@@ -171,6 +181,8 @@ def test_an_engine_is_a_class_and_one_line(toys):
         f"{name}@toyworld"
         for name in ("ps5-literal", "ps3-literal", "ps5", "ps3", "ps_opt-paper", "ps_opt")
     ]
+    assert "toyworld" in fixed_step_engines()
+    assert "simulation@toyworld" in methods_with(Trait.MOVEMENT, "toyworld")
     assert "Toy engine" in engines_markdown(engine_records())
     key = method_key(make_method("ps3@toyworld"))
     assert key.title == "PS_3 @ toyworld"
@@ -183,6 +195,73 @@ def test_a_method_is_a_class_and_one_line(toys, tmp_path, monkeypatch):
     assert colour(method_key(make_method("optimist"))) not in {
         colour(method_key(make_method(spec))) for spec in ("fbs", "sme", "equilibrium")
     }
+
+
+PLACES = {
+    Trait.STEPWISE: {"prefix", "far item", "mirror", "masses"},
+    Trait.BASE_SUPPORT: {"full implies partial", "monotone in alpha"},
+    Trait.CENTRES_OF_MASS: {"inside the edge"},
+    Trait.BALANCE: {"balanced stays"},
+    Trait.MOVEMENT: {"shares of steps"},
+    Trait.LEARNED: {"learnt from labels", "warmed up"},
+}
+"""What is said or tested of a method because it declares a trait."""
+
+
+@dataclass(frozen=True)
+class Shared:
+    alpha: float = 0.4
+
+
+class Scorer(StepScorer):
+    decision_threshold = 0.5
+
+    def step_score(self, step):
+        return 0.0
+
+
+def places(monkeypatch, layout):
+    """Where the toy method stands: properties that are tested on it, and facts about it."""
+    tested, ready = MethodUnderTest("optimist"), []
+    method = tested.method
+    found = {name for name, one in PROPERTIES.items() if one.applies(tested)}
+    if step_shares("drawn", "optimist", method, [layout]) is not None:
+        found.add("shares of steps")
+    table = score_steps(["optimist"], [Case(layout, len(layout), "S1", "list", None)])
+    if table.step_scores["optimist"].trained:
+        found.add("learnt from labels")
+    monkeypatch.setattr(type(method), "prepare", lambda own, count=0: ready.append(str(own.spec)))
+    warming.warm_up()
+    return found | ({"warmed up"} if "optimist" in ready else set())
+
+
+@pytest.mark.parametrize("trait", Trait)
+def test_a_method_of_others_stands_wherever_its_trait_says(toys, stack, monkeypatch, trait):
+    kind = method_registry.method_class("optimist")
+    monkeypatch.setattr(kind, "Parameters", Shared)
+    monkeypatch.setattr(kind, "steps", lambda *_: Scorer())
+    monkeypatch.setattr(kind, "step_counts", lambda *_: (1, 1, 0), raising=False)
+    without = places(monkeypatch, stack(0.0))
+    assert "optimist" not in methods_with(trait)
+    monkeypatch.setattr(kind, "traits", frozenset((trait,)))
+    assert "optimist" in methods_with(trait)
+    assert PLACES[trait] <= places(monkeypatch, stack(0.0)) - without
+
+
+def test_a_method_of_others_that_can_be_asked_each_question_is_shown_for_its_own(toys, monkeypatch):
+    assert not each_question("optimist")
+    asking = make_dataclass("Asking", [("question", Question, Question.WITHIN)], frozen=True)
+    monkeypatch.setattr(method_registry.method_class("optimist"), "Parameters", asking)
+    assert each_question("optimist") == tuple(Question)
+    assert asked_question("optimist:question=stands") is Question.STANDS
+
+
+def test_traits_of_our_own_methods_name_those_that_were_trained():
+    assert methods_with(Trait.LEARNED) == ("lstm_1", "lstm_e")
+    for spec in methods_with(Trait.STEPWISE, "mujoco"):
+        method = make_method(spec)
+        assert bool(method.trained) == (Trait.LEARNED in method.traits), spec
+    assert {"simulation@mujoco", "cascade@mujoco"} <= {*methods_with(Trait.STEPWISE, "mujoco")}
 
 
 def test_they_are_judged_timed_and_drawn_like_any_other(toys, tmp_path, capsys):

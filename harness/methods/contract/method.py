@@ -31,13 +31,17 @@ from steadyload.time_limit import TimeoutExpiredError as TimeoutExpiredError
 
 
 class Trait(StrEnum):
-    """Trait that a method declares of itself; properties are tested on methods that declare theirs.
+    """Trait that a method declares of itself: what concerns a kind of method asks for its trait.
+
+    Properties are tested on methods that declare theirs
+    (:func:`steadyload.methods.registry.methods_with` names the methods that declare one).
 
     ``stepwise``: the verdict on a step depends on the items placed by then alone.
     ``base support``: sees the supported share of bases, and no centre of mass.
     ``centres of mass``: sees where centres of mass lie.
     ``balance``: a loading that balances clearly at every step is stable.
     ``movement``: a step fails by how far items move, compared with thresholds.
+    ``learned``: was trained on labels, so that those it learnt from are no test of it.
     """
 
     STEPWISE = "stepwise"
@@ -45,6 +49,7 @@ class Trait(StrEnum):
     CENTRES_OF_MASS = "centres of mass"
     BALANCE = "balance"
     MOVEMENT = "movement"
+    LEARNED = "learned"
 
 
 class RefusedError(Exception):

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from steadyload.studies.kit import Lab, PublishedPage, Study, methods_option, option, set_option
+from steadyload.tuning.cascade.defaults import ENGINE
 
 if TYPE_CHECKING:
     from steadyload.studies.cascade.comparing import Found
@@ -20,7 +21,7 @@ class Cascade(Study["Found"]):
     workers = None
     pages = (PublishedPage("cascade", "--directory lists"),)
 
-    engine: str = option("mujoco", "default: mujoco", metavar="NAME")
+    engine: str = option(ENGINE, f"default: {ENGINE}", metavar="NAME")
     methods: tuple[str, ...] = methods_option("a further method on the page; may be repeated")
     thresholds: Path | None = option(
         None, "file of thresholds (default: the one of the package)", metavar="FILE"

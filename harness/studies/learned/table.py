@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
 from pathlib import Path
 
 import pandas as pd
@@ -12,6 +11,7 @@ from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.benchmark.dataset import KEYS
 from steadyload.learners.plans.plan import Plan, TablePlan
 from steadyload.learners.plans.trainings import Workshop
+from steadyload.learners.shipping import method_for
 from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.registry import make_method
 from steadyload.progress import Progress, silent
@@ -23,18 +23,6 @@ from steadyload.runs.runner import run_study
 from steadyload.runs.timing import timed
 from steadyload.studies.learned.batches import timed_batches
 from steadyload.studies.learned.summary import MethodTable
-
-PAPER_COLUMNS: Mapping[str, str] = {
-    "fbs": "FBS",
-    "pbs:alpha=0.9": "PBS 0.9",
-    "pbs:alpha=0.7": "PBS 0.7",
-    "pbs:alpha=0.5": "PBS 0.5",
-    "sme": "SME",
-    "lstm_1": "LSTM_1",
-    "lstm_e": "LSTM_e",
-}
-"""Columns of the paper's Table 5 by spec of the method of that name. The paper's PS_opt has other
-parameters than ours and is left out."""
 
 _SHARD_SIZE = 100
 
@@ -87,7 +75,8 @@ def judge_table(
     )  # fmt: skip
     evaluation = evaluate(folder / "verdicts", costs=timed_costs(times, timed_cases))
     held = _key(table.held, table, workshop)
-    printed = {row.title: row for row in paper().rows}
+    # The paper's PS_opt has other parameters than ours, so that simulations have no column.
+    printed = {spec: paper().row_of(key) for spec, key in keys.items() if key.engine is None}
     return MethodTable(
         held=held,
         rows={
@@ -96,7 +85,7 @@ def judge_table(
             )
             for group in evaluation.rows
         },
-        paper={spec: printed[PAPER_COLUMNS[spec]] for spec in keys if spec in PAPER_COLUMNS},
+        paper={spec: column for spec, column in printed.items() if column is not None},
         batched=timed_batches(
             tuple(keys),
             layouts,
@@ -115,7 +104,7 @@ def _key(name: str, table: TablePlan, workshop: Workshop) -> MethodKey:
     if name not in table.trainings:
         return method_key(make_method(name))
     run = workshop.runs(name)[0]
-    kind = "lstm_1" if run.training.members == 1 else "lstm_e"
-    key = method_key(make_method(f"{kind}:weights={run.weights}"))
+    judge = method_for(run.training.members)
+    key = method_key(make_method(f"{judge}:weights={run.weights}"))
     # A family of its own, so that figures distinguish trainings.
     return dataclasses.replace(key, title=f"{run.training.title}, seed {run.seed}", family=name)

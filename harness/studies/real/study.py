@@ -19,6 +19,8 @@ from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.model.floor import FloorKind
 from steadyload.layouts.model.question import Question, with_question
 from steadyload.layouts.model.scenarios import Scenario
+from steadyload.methods.contract.spec import parse_spec
+from steadyload.methods.registry import each_question
 from steadyload.methods.tuned import TUNED, tuned_engines
 from steadyload.progress import Progress, silent
 from steadyload.runs.able import able_methods
@@ -26,20 +28,22 @@ from steadyload.runs.definition import StudyDefinition, StudyError
 from steadyload.runs.pool import Executor
 from steadyload.runs.runner import run_study
 
-_ONE_ANSWER = (
-    "fbs", "sme", "equilibrium", "equilibrium:margin=0.01", "equilibrium:time=0.3", "settling",
-)  # fmt: skip
-
 
 def standard_methods() -> tuple[str, ...]:
     """Specs of the methods that are compared unless others are named.
 
-    Those that cannot judge are left out. Of methods that were made for both questions, each for one
-    at a time, both stand in the list.
+    Those that cannot judge are left out. Methods that were made for both questions, each for one
+    at a time, stand in the list once a question.
     """
-    both = (*(f"{TUNED}@{engine}" for engine in tuned_engines()), "lstm_e", "cascade@mujoco")
-    asked = (with_question(spec, question) for spec in both for question in Question)
-    return (*_ONE_ANSWER, *asked)
+    specs = (
+        "fbs", "sme", "equilibrium", "equilibrium:margin=0.01", "equilibrium:time=0.3", "settling",
+        *(f"{TUNED}@{engine}" for engine in tuned_engines()), "lstm_e", "cascade@mujoco",
+    )  # fmt: skip
+    return tuple(
+        with_question(spec, question)
+        for spec in specs
+        for question in each_question(parse_spec(spec).name) or (Question.WITHIN,)
+    )
 
 
 FLOOR_METHODS = (

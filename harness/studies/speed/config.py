@@ -10,6 +10,9 @@ from steadyload.config import methods_option, option
 from steadyload.progress import NamedProgress, silent
 from steadyload.studies.study import PublishedPage, Study
 
+METHODS = ("fbs", "pbs0.7", "sme", "equilibrium", "equilibrium:time=0.3")
+"""Methods that are measured by default."""
+
 _FEW = 10
 
 
@@ -18,8 +21,7 @@ class SpeedConfig:
     """Methods, layouts, and how much is measured."""
 
     methods: tuple[str, ...] = methods_option(
-        "measure only this; may be repeated (default: fbs, pbs0.7, sme, equilibrium, "
-        "equilibrium:time=0.3)"
+        f"measure only this; may be repeated (default: {', '.join(METHODS)})"
     )
     layouts: tuple[Path, ...] = option(
         (), "measure on the layouts of this file, too; may be repeated", metavar="FILE"
@@ -49,7 +51,7 @@ class Speed(Study[SpeedConfig, Any]):
         """The run, which is added to the history in ``work``, and those before it."""
         from steadyload.studies.speed.history import earlier_runs, former_runs, keep, last_run
         from steadyload.studies.speed.scenes import cases_of, check_names, labelled_cases
-        from steadyload.studies.speed.study import FULL, METHODS, QUICK, speed_run
+        from steadyload.studies.speed.study import FULL, QUICK, speed_run
 
         last = last_run(work) if config.last else None
         if last:

@@ -32,9 +32,6 @@ from steadyload.studies.speed.records import CaseSet, Cost, Kind, SpeedRun
 from steadyload.studies.speed.scenes import Cases, growing, piles
 from steadyload.studies.speed.steps import step_shares
 
-METHODS = ("fbs", "pbs0.7", "sme", "equilibrium", "equilibrium:time=0.3")
-"""Methods that are measured."""
-
 _EVERY = 10
 _LONGEST = 10.0
 """CPU time of judging a set once above which only every tenth layout is judged [s]."""

@@ -7,7 +7,9 @@ from functools import partial
 from typing import Any
 
 from steadyload.learners.weights import load_weights
+from steadyload.methods.contract.method import Trait
 from steadyload.methods.naming import MethodKey
+from steadyload.methods.registry import make_method
 from steadyload.reports.page import Picture, Section
 from steadyload.reports.table import (
     MISSING,
@@ -26,14 +28,13 @@ from steadyload.reports.table import (
 )
 from steadyload.runs.costs import load_explained
 from steadyload.runs.evaluation import ALL, MethodEvaluation
-from steadyload.runs.paper import Paper
+from steadyload.runs.paper import Paper, paper
 from steadyload.studies import method_sections as column
 from steadyload.studies.method_sections import by_group, cost_chart, terms_explained
 from steadyload.studies.table5.figures import plot_fronts
 from steadyload.studies.table5.label_ceiling import Ceiling
 from steadyload.studies.table5.summary import JudgedSet, Table5
 
-_NETWORKS = frozenset({"lstm_1", "lstm_e", "lstm_1-paper", "lstm_e-paper"})
 _CONVERTED = frozenset({"ps3", "ps5"})
 
 _OWN_NETWORKS = (
@@ -88,9 +89,9 @@ def accuracy_and_cost(found: Table5) -> Section:
 
 def what_rows_are(own: JudgedSet) -> str:
     """Differences between rows and the paper's methods of the same name; empty if none."""
-    families = {row.method.family for row in own.evaluation.methods}
+    methods = [row.method for row in own.evaluation.methods if paper().row_of(row.method)]
     told = []
-    if _NETWORKS & families:
+    if any(Trait.LEARNED in make_method(method.spec).traits for method in methods):
         members = load_weights("lstm_e-paper").manifest["members"]
         epochs = [member["epochs"] for member in members]
         told.append(
@@ -98,7 +99,7 @@ def what_rows_are(own: JudgedSet) -> str:
                 least=min(epochs), most=max(epochs), all=members[0]["options"]["epochs"]
             )
         )
-    if _CONVERTED & families:
+    if not _CONVERTED.isdisjoint(method.family for method in methods):
         told.append(_READING)
     return "".join(f"\n\n{said}" for said in told)
 

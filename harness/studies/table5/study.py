@@ -15,7 +15,7 @@ from steadyload.layouts.benchmark.dataset import KEYS, PLANAR, set_named
 from steadyload.layouts.model.question import Question, with_question
 from steadyload.methods.contract.method import Status
 from steadyload.methods.contract.spec import parse_spec
-from steadyload.methods.registry import METHODS, method_class
+from steadyload.methods.registry import METHODS, each_question, method_class
 from steadyload.progress import Progress, silent
 from steadyload.runs.able import able_methods, asked_question
 from steadyload.runs.definition import StudyDefinition, StudyError
@@ -31,9 +31,6 @@ NETWORKS = ("lstm_1-paper", "lstm_e-paper", "lstm_1", "lstm_e")
 OTHERS = ("settling", "cascade@mujoco", "label@mujoco")
 """Methods of our own; ``simulation`` is included by its tunings."""
 
-FOR_BOTH = frozenset({"ps_opt", "lstm_1", "lstm_e", "cascade", "label"})
-"""Names of methods that were made for both questions, each for one at a time."""
-
 
 def standard_methods() -> tuple[str, ...]:
     """Specs of the methods compared by default: the paper's on every engine, our own, and more.
@@ -41,7 +38,8 @@ def standard_methods() -> tuple[str, ...]:
     Every registered engine with fixed steps takes part; a method of this package that none of these
     specs names takes part with its own defaults, on every such engine where it needs one. Those of
     other distributions join where they are named. Methods
-    of :data:`FOR_BOTH` stand in the list once a question, those on planar engines once.
+    that were made for both questions stand in the list once a question, those on planar engines
+    once.
     """
     engines = tuple(name for name in engines_here() if _takes_steps(name))
     tunings = (f"{name}@{engine}" for name in TUNINGS for engine in engines)
@@ -51,7 +49,7 @@ def standard_methods() -> tuple[str, ...]:
     stands = [
         with_question(spec, Question.STANDS)
         for spec in listed
-        if parse_spec(spec).name in FOR_BOTH and not _is_planar(spec)
+        if each_question(parse_spec(spec).name) and not _is_planar(spec)
     ]
     return (*listed, *stands, *(spec for name in more for spec in _everywhere(name, engines)))
 

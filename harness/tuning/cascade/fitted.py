@@ -19,41 +19,12 @@ from steadyload.methods.registry import make_method
 from steadyload.progress import Progress, silent
 from steadyload.runs.provenance import provenance
 from steadyload.tuning import TuningError
+from steadyload.tuning.cascade.defaults import BUDGETS, CANDIDATES, CONFIDENCE, LAST, OF_STANDS
 from steadyload.tuning.cascade.evaluation import evaluate
 from steadyload.tuning.cascade.fitting import Fit, fit, independent_cases, left_out
 from steadyload.tuning.cascade.step_scores import StepScores, Table, score_steps
 from steadyload.tuning.cases import Case, CaseSource, check_sets, load_cases, own_part
 from steadyload.tuning.cases import fingerprint as cases_fingerprint
-
-CANDIDATES = (
-    "fbs",
-    "equilibrium",
-    "lstm_1",
-    "lstm_e",
-    "settling",
-    "equilibrium:time=0.3",
-    "ps_opt@{engine}:scope=local",
-)
-"""Methods that may become stages, in order."""
-
-OF_STANDS = (
-    "fbs",
-    "equilibrium:margin=0.01",
-    "lstm_1:question=stands",
-    "lstm_e:question=stands",
-    "settling",
-    "ps_opt@{engine}:scope=local,question=stands",
-)
-"""The same where it is asked whether a load stands."""
-
-LAST = "ps_opt@{engine}"
-"""The method that decides the steps that no stage decides."""
-
-BUDGETS = (0.5, 1.0, 2.0, 5.0)
-"""Points of accuracy that stages may lose; the first is the default of a cascade."""
-
-CONFIDENCE = 0.5
-"""Of the bound that keeps within the budget: as likely too high as too low."""
 
 SURE = 0.95
 """Confidence of the second bound that is reported."""

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from steadyload.methods.contract.method import Method, RefusedError, Stopwatch
+from steadyload.methods.contract.method import Method, RefusedError, Stopwatch, Trait
 from steadyload.methods.registry import make_method
 from steadyload.progress import Progress, silent
 from steadyload.tuning.cases import Case
@@ -143,7 +143,7 @@ def _scored(method: Method, cases: Sequence[Case], labelled: Sequence[int]) -> S
         1e3 * np.array(cost),
         1e3 * np.array(opening),
         decision_threshold,
-        bool(method.trained),
+        Trait.LEARNED in method.traits,
     )
 
 

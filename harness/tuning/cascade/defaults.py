@@ -1,0 +1,36 @@
+"""Defaults of fitting a cascade; the help of its command shows them."""
+
+from __future__ import annotations
+
+ENGINE = "mujoco"
+"""Engine of the last method."""
+
+CANDIDATES = (
+    "fbs",
+    "equilibrium",
+    "lstm_1",
+    "lstm_e",
+    "settling",
+    "equilibrium:time=0.3",
+    "ps_opt@{engine}:scope=local",
+)
+"""Methods that may become stages, in order."""
+
+OF_STANDS = (
+    "fbs",
+    "equilibrium:margin=0.01",
+    "lstm_1:question=stands",
+    "lstm_e:question=stands",
+    "settling",
+    "ps_opt@{engine}:scope=local,question=stands",
+)
+"""The same where it is asked whether a load stands."""
+
+LAST = "ps_opt@{engine}"
+"""The method that decides the steps that no stage decides."""
+
+BUDGETS = (0.5, 1.0, 2.0, 5.0)
+"""Points of accuracy that stages may lose; the first is the default of a cascade."""
+
+CONFIDENCE = 0.5
+"""Of the bound that keeps within the budget: as likely too high as too low."""
