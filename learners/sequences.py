@@ -19,6 +19,7 @@ from steadyload.learners import LeakError
 from steadyload.learners.features import Array32, FeatureKind, features_of
 from steadyload.learners.ranges import extent_of, trained_ranges, widest
 from steadyload.progress import Progress, silent
+from steadyload.statistics.placed import items_placed_by_case
 
 Numbers = NDArray[np.int64]
 Texts = NDArray[np.object_]
@@ -180,7 +181,7 @@ def load_sequences(
         kind,
         np.concatenate(rows),
         np.concatenate(([0], np.cumsum(counts))),
-        chosen["failing_step"].fillna(chosen["item_count"]).to_numpy(dtype=np.int64),
+        items_placed_by_case(chosen["failing_step"], chosen["item_count"]).to_numpy(),
         chosen["scenario"].to_numpy(dtype=object),
         _instances(benchmark, chosen["instance"]),
         np.array(geometries, dtype=object),

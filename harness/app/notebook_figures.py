@@ -13,6 +13,7 @@ from steadyload.methods.contract.method import Status, Verdict
 from steadyload.reports.table import brief_time, significant
 from steadyload.reports.viewer.notebook import shown_html
 from steadyload.reports.viewer.picture import LoadPicture
+from steadyload.statistics.placed import items_placed
 
 
 @singledispatch
@@ -71,7 +72,7 @@ def load_picture(layout: Layout, verdict: Verdict | None = None) -> LoadPicture:
         verdict: None to draw all items, and to mark none.
     """
     failing = None if verdict is None else verdict.failing_step
-    placed = len(layout) if failing is None else failing + 1
+    placed = min(items_placed(failing, len(layout)) + 1, len(layout))
     caption = f"{layout.name}: {placed} of {len(layout)} items"
     at_fault = None if verdict is None else verdict.item_at_fault
     if at_fault is not None:
@@ -82,12 +83,12 @@ def load_picture(layout: Layout, verdict: Verdict | None = None) -> LoadPicture:
 
 def _facts(verdict: Verdict) -> dict[str, str]:
     """Values of a verdict with their units, by name; those that it has."""
-    count, facts = verdict.item_count, {}
+    facts = {}
     if verdict.status is not Status.DONE:
         facts["status"] = str(verdict.status)
     if verdict.score is not None:
-        safe = count if verdict.failing_step is None else verdict.failing_step
-        facts["score"] = f"{significant(verdict.score)} ({safe} of {count} items placed safely)"
+        placed = f"{verdict.items_placed} of {verdict.item_count} items placed safely"
+        facts["score"] = f"{significant(verdict.score)} ({placed})"
     if verdict.failing_step is not None:
         facts["failing step"] = f"{verdict.failing_step}, counted from 0"
     if verdict.displacement is not None:

@@ -16,6 +16,7 @@ from steadyload.layouts.model.frame import Frame
 from steadyload.layouts.model.item import Item
 from steadyload.layouts.model.layout import Arrangement, Layout
 from steadyload.layouts.model.naming import box_label
+from steadyload.statistics.placed import items_placed
 
 _OVER = 1e-6
 """Share by which a load may exceed a limit: weights that add up to it do not."""
@@ -85,7 +86,7 @@ def first_crushed(
     looks = _Looks(kept, layout.items, find_supports(kept), check_time)
     standing = _Standing(layout.items, looks.supports)
     passing = _Passing(looks)
-    for step in range(len(layout) if before is None else before):
+    for step in range(items_placed(before, len(layout))):
         check_time()
         standing.place(step)
         suspects = standing.suspects(step)

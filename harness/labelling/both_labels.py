@@ -10,6 +10,7 @@ from steadyload.layouts.benchmark.dataset import KEYS, SPLITS, Benchmark
 from steadyload.layouts.model.scenarios import Scenario
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import share
+from steadyload.statistics.placed import items_placed_by_case
 
 _ALL = "all"
 
@@ -65,8 +66,8 @@ def _shares(split: str, scenario: str, part: pd.DataFrame) -> QuestionShares:
     unsettled = int(statuses.get("unsettled", 0))
     done = part[part["status"] == "done"]
     count, lists = done["item_count"].astype(int), done["instance"]
-    within = done["failing_step_within"].fillna(done["item_count"]).astype(int)
-    stands = done["failing_step"].fillna(done["item_count"]).astype(int)
+    within = items_placed_by_case(done["failing_step_within"], count)
+    stands = items_placed_by_case(done["failing_step"], count)
     return QuestionShares(
         split=split,
         scenario=scenario,

@@ -7,7 +7,7 @@ from hypothesis.strategies import DrawFn, SearchStrategy
 
 from steadyload.layouts.model.layout import Item, Layout, Pallet
 from steadyload.methods.contract.declared import LayoutRange
-from steadyload.methods.contract.method import Trait, Verdict
+from steadyload.methods.contract.method import Trait
 from steadyload.methods.envelope import leaves
 from steadyload.methods.registry import make_method
 from steadyload.properties.margin_filter import is_clear
@@ -21,6 +21,7 @@ from steadyload.properties.property import (
     steps_between,
 )
 from steadyload.properties.strategies import density_weight, layouts
+from steadyload.statistics.placed import failing_step_of, items_placed
 
 _FAR = 150.0
 """How far away a far item stands [cm]; nothing moves that far within a placement."""
@@ -34,7 +35,7 @@ def score_is_a_share_of_items(tested: MethodUnderTest, case: Case) -> bool:
     """The score is k / J, and k counts the items placed safely."""
     count = len(case.layout)
     verdict = tested.verdict(case.layout)
-    placed = _placed(case.layout, verdict)
+    placed = items_placed(verdict.failing_step, count)
     if not 0 <= placed <= count or verdict.score != placed / count:
         raise Violation(f"score {verdict.score} with {placed} of {count} items placed")
     if verdict.stable != (placed == count):
@@ -68,9 +69,9 @@ def first_items_alone(tested: MethodUnderTest, case: Case) -> bool:
     kept = int(case.change["items"])
     if kept == len(case.layout):
         return False
-    whole = tested.verdict(case.layout).failing_step
+    whole = items_placed(tested.verdict(case.layout).failing_step, len(case.layout))
     alone = tested.verdict(case.layout.first(kept)).failing_step
-    expected = None if whole is None or whole >= kept else whole
+    expected = failing_step_of(whole, kept)
     if alone != expected:
         raise Violation(
             f"the first {kept} alone: {spoken(alone)}; in the whole layout: {spoken(expected)}",
@@ -117,16 +118,11 @@ def _with_far_item(layout: Layout, declared: LayoutRange) -> Layout:
 
 def full_support_is_partial_support(tested: MethodUnderTest, case: Case) -> bool:
     """PBS accepts everything that FBS accepts: every loading, and every first part of one."""
-    full = _placed(case.layout, make_method("fbs").judge(case.layout))
-    partial = _placed(case.layout, tested.verdict(case.layout))
+    full = items_placed(make_method("fbs").judge(case.layout).failing_step, len(case.layout))
+    partial = items_placed(tested.verdict(case.layout).failing_step, len(case.layout))
     if partial < full:
         raise Violation(f"{full} items placed with full base support, but {partial} with partial")
     return True
-
-
-def _placed(layout: Layout, verdict: Verdict) -> int:
-    """Items placed safely."""
-    return len(layout) if verdict.failing_step is None else verdict.failing_step
 
 
 @st.composite
@@ -141,7 +137,8 @@ def more_support_fails_no_later(tested: MethodUnderTest, case: Case) -> bool:
     steps = []
     for which in ("lower", "higher"):
         spec = f"{tested.method.spec.name}:alpha={case.change[f'{which} alpha']:g}"
-        steps.append(_placed(case.layout, MethodUnderTest(spec).verdict(case.layout)))
+        verdict = MethodUnderTest(spec).verdict(case.layout)
+        steps.append(items_placed(verdict.failing_step, len(case.layout)))
     if steps[1] > steps[0]:
         raise Violation(f"{steps[0]} items with less support asked for, {steps[1]} with more")
     return True

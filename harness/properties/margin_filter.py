@@ -6,6 +6,7 @@ from steadyload.layouts.model.layout import Layout
 from steadyload.methods.contract.method import Trait, Verdict
 from steadyload.methods.equilibrium.margins import margins
 from steadyload.properties.property import MethodUnderTest
+from steadyload.statistics.placed import items_placed
 
 CLEARANCE = 0.3
 """A balance kept or lost by this much is clear [cm]: every contact patch could be narrower, or
@@ -40,7 +41,7 @@ def is_clear(tested: MethodUnderTest, layout: Layout, verdict: Verdict) -> bool:
     if lost is None:
         return True
     step, clearly = lost
-    if not clearly or verdict.failing_step is None or verdict.failing_step > step:
+    if not clearly or items_placed(verdict.failing_step, len(layout)) > step:
         return False
     assert verdict.displacement is not None
     assert verdict.rotation is not None

@@ -16,6 +16,7 @@ from steadyload.methods.contract.declared import EVERY_LAYOUT
 from steadyload.methods.contract.method import Method, Status, Trait, Verdict
 from steadyload.methods.registry import make_method
 from steadyload.properties.transforms import brought_within
+from steadyload.statistics.placed import items_placed
 
 
 class Violation(Exception):  # noqa: N818 - what a check finds, no fault of the program
@@ -160,8 +161,7 @@ def declaring(trait: Trait) -> Callable[[MethodUnderTest], bool]:
 
 def steps_between(layout: Layout, first: int | None, second: int | None) -> int:
     """Distance of two failing steps of a layout, a stable one failing after all its items."""
-    placed = [len(layout) if step is None else step for step in (first, second)]
-    return abs(placed[0] - placed[1])
+    return abs(items_placed(first, len(layout)) - items_placed(second, len(layout)))
 
 
 def spoken(failing_step: int | None) -> str:

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from steadyload.runs.labels import item_lists
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import mean, share, weighted_share
+from steadyload.statistics.placed import items_placed_by_case
 
 BoolArray = NDArray[np.bool_]
 
@@ -31,7 +32,7 @@ def verdicts_against_labels(said: pd.Series, labels: pd.DataFrame) -> pd.DataFra
         ``under_or_none``: it is earlier, or missing.
     """
     count = labels["item_count"].astype(int).to_numpy()
-    true = labels["failing_step"].fillna(labels["item_count"]).astype(int).to_numpy()
+    true = items_placed_by_case(labels["failing_step"], labels["item_count"]).to_numpy()
     known = said.notna().to_numpy()
     found = said.fillna(-1).astype(int).to_numpy()
     return pd.DataFrame(

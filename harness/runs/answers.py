@@ -14,6 +14,7 @@ from steadyload.layouts.model.scenarios import Scenario, apply_scenario
 from steadyload.runs.definition import AS_GIVEN
 from steadyload.runs.judged import JudgedCases
 from steadyload.runs.labels import labelled_layout
+from steadyload.statistics.placed import items_placed_by_case
 
 MOST_LISTED = 5000
 """Cases up to which a page lists the answers to each."""
@@ -57,7 +58,7 @@ def answers_of(judged: JudgedCases, kept: Path) -> Answers | None:
     first = judged.results.drop_duplicates(["layout", "scenario"])
     counts = first.set_index(["layout", "scenario"])["item_count"].loc[said.index].astype(int)
     if judged.labels is not None:
-        label = judged.labels["failing_step"].astype("Int32").fillna(counts.astype("Int32"))
+        label = items_placed_by_case(judged.labels["failing_step"], counts).astype("Int32")
         said = pd.concat([label.rename(LABEL), said], axis=1)
     distinct = said.nunique(axis=1, dropna=False).sort_values(ascending=False, kind="stable")
     divided = list(distinct.index[distinct > 1][:MOST_SHOWN])

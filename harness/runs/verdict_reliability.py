@@ -188,7 +188,7 @@ def verdict_reliability(
     return VerdictReliability(
         item_count=len(layout),
         nominal=nominal,
-        said=tuple(map(_safe, verdicts)),
+        said=tuple(v.items_placed for v in verdicts),
         without_verdict=dict(statuses),
         why=next((v.reason for v in verdicts if v.status is not Status.DONE), ""),
         low=low,
@@ -251,13 +251,6 @@ def _points(first: int, last: int, coordinates: int, seed: int) -> FloatArray:
     ends = first // REPLICATES, last // REPLICATES
     each = [sobol(*ends, coordinates, seed=seed, replicate=r) for r in range(REPLICATES)]
     return np.stack(each, axis=1).reshape(-1, coordinates)
-
-
-def _safe(verdict: Verdict) -> int | None:
-    """Number of items placed safely; None without a verdict."""
-    if verdict.status is not Status.DONE:
-        return None
-    return verdict.item_count if verdict.failing_step is None else verdict.failing_step
 
 
 def _ending(low: float, high: float, lost: float, sampling: Sampling) -> Ending:

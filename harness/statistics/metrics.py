@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from steadyload.statistics.clusters import Clusters, Labels
 from steadyload.statistics.estimate import NOTHING, Estimate
+from steadyload.statistics.placed import items_placed_by_case
 
 _Z = 1.959963984540054
 
@@ -168,8 +169,8 @@ def outcomes(results: pd.DataFrame) -> pd.DataFrame:
     counts.
     """
     first = results[results["repetition"] == 0]
-    said = first["failing_step"].fillna(first["item_count"]).where(first["status"] == "done")
-    table = first.assign(said=said).pivot(
+    placed = items_placed_by_case(first["failing_step"], first["item_count"])
+    table = first.assign(said=placed.where(first["status"] == "done")).pivot(
         index=["layout", "scenario"], columns="method", values="said"
     )
     return table.astype("Int32")

@@ -15,6 +15,7 @@ from steadyload.layouts.benchmark import PLANAR, REAL, Part, load_benchmark
 from steadyload.layouts.benchmark.dataset import KEYS
 from steadyload.layouts.model.layout import Layout
 from steadyload.layouts.model.question import Question
+from steadyload.statistics.placed import items_placed_by_case
 from steadyload.tuning import TuningError
 
 
@@ -144,7 +145,7 @@ def _turns(source: CaseSource, directory: str | None, part: str) -> list[tuple[b
     chosen = chosen.join(benchmark.confidence["robust"], on=KEYS)
     sure = chosen["robust"].astype("boolean").fillna(True).astype(bool)
     turn = chosen.groupby(["scenario", sure]).cumcount()
-    safe = chosen["failing_step"].fillna(chosen["item_count"]).astype(int)
+    safe = items_placed_by_case(chosen["failing_step"], chosen["item_count"])
     robust = [None if pd.isna(value) else bool(value) for value in chosen["robust"]]
     layouts = map(benchmark.layout, chosen["layout"], chosen["scenario"])
     cases = map(Case, layouts, safe, chosen["scenario"], chosen["instance"], robust)

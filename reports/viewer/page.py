@@ -21,6 +21,7 @@ from steadyload.reports.html import packed, rendered, template_text
 from steadyload.reports.table import brief_time, significant
 from steadyload.reports.viewer.records import Movement, View, ViewedLoading, ViewedStep
 from steadyload.reports.viewer.three_js import three_js
+from steadyload.statistics.placed import items_placed
 
 STILL_CM = 0.01
 """Items that move by less within a step are drawn at rest [cm]."""
@@ -114,7 +115,7 @@ def _caption(loading: ViewedLoading, view: View) -> dict[str, Any]:
     if loading.crushed:
         kind = "crushed"
     score = "none" if loading.score is None else f"{significant(loading.score)}"
-    safe = len(items) if loading.failing_step is None else loading.failing_step
+    safe = items_placed(loading.failing_step, len(items))
     facts = {}
     if not loading.headline:
         facts["score"] = (
@@ -165,7 +166,7 @@ def _plain_loading(loading: ViewedLoading) -> dict[str, Any]:
     if loading.status != "done":
         last = max(len(steps) - 1, 0)
     else:
-        last = count - 1 if loading.failing_step is None else loading.failing_step
+        last = min(items_placed(loading.failing_step, count), count - 1)
     return {
         "method": loading.method,
         "planned": np.round(loading.planned, 3).tolist(),

@@ -51,6 +51,7 @@ from steadyload.layouts.model.layout import Layout
 from steadyload.layouts.model.scenarios import Scenario
 from steadyload.layouts.packing.packing import MOST_ITEMS
 from steadyload.progress import Progress, silent
+from steadyload.statistics.placed import failing_step_of
 
 _PACKED = re.compile(r"H\d+_(Class_(\d+)_Instance_\d+)_ULD_\d+")
 _HEURISTIC, _DEVICE = re.compile(r"^H\d+_"), re.compile(r"_(?:ULD|ake|pmc|pge)_?.*$", re.I)
@@ -213,7 +214,7 @@ class _Collected:
             sources.append(job.name)
         if label is None:
             return
-        case, step = self.cases[key], label.safe if label.safe < len(layout) else None
+        case, step = self.cases[key], failing_step_of(label.safe, len(layout))
         if case["status"] == UNLABELLED:
             case |= {"status": "done", "failing_step": step}
             self._places[key] = job.place

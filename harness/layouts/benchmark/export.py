@@ -16,6 +16,7 @@ from steadyload.atomic import write_atomically
 from steadyload.layouts.benchmark.dataset import KEYS, Benchmark, Part
 from steadyload.layouts.files.csv_cells import harmless
 from steadyload.layouts.formats import Format, write_layouts
+from steadyload.statistics.placed import items_placed_by_case
 
 LABEL_COLUMNS = (
     "layout",
@@ -105,13 +106,13 @@ def _name(case: dict[Any, Any]) -> str:
 
 def _labels(benchmark: Benchmark, cases: pd.DataFrame, names: list[str]) -> str:
     sure = cases[KEYS].merge(benchmark.confidence.reset_index(), on=KEYS, how="left")
+    placed = items_placed_by_case(cases["failing_step"], cases["item_count"])
     text = io.StringIO()
     writer = csv.DictWriter(text, LABEL_COLUMNS, extrasaction="ignore", lineterminator="\n")
     writer.writeheader()
-    for name, case, how in zip(
-        names, cases.to_dict("records"), sure.to_dict("records"), strict=True
+    for name, case, how, safe in zip(
+        names, cases.to_dict("records"), sure.to_dict("records"), placed, strict=True
     ):
-        step = case["item_count"] if pd.isna(case["failing_step"]) else case["failing_step"]
-        values = how | case | {"layout": name, "score": step / case["item_count"]}
+        values = how | case | {"layout": name, "score": safe / case["item_count"]}
         writer.writerow({k: "" if pd.isna(values[k]) else _cell(values[k]) for k in LABEL_COLUMNS})
     return text.getvalue()

@@ -15,6 +15,7 @@ from steadyload.layouts.model.frame import Frame
 from steadyload.layouts.model.layout import Layout
 from steadyload.methods.contract.stopwatch import Seconds
 from steadyload.notebook import ShownInNotebook
+from steadyload.statistics.placed import items_placed
 
 
 class Status(StrEnum):
@@ -102,9 +103,15 @@ class Verdict(ShownInNotebook):
     @property
     def score(self) -> float | None:
         """Loading stability ls(A), Eq. 2: items placed safely / J; None without a verdict."""
+        placed = self.items_placed
+        return None if placed is None else placed / self.item_count
+
+    @property
+    def items_placed(self) -> int | None:
+        """Number of items placed safely; None without a verdict."""
         if self.status is not Status.DONE:
             return None
-        return 1.0 if self.failing_step is None else self.failing_step / self.item_count
+        return items_placed(self.failing_step, self.item_count)
 
     @property
     def item_at_fault(self) -> int | None:

@@ -16,6 +16,7 @@ from steadyload.layouts.benchmark.tables import BenchmarkError
 from steadyload.layouts.model.scenarios import Scenario
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import mean, share
+from steadyload.statistics.placed import items_placed_by_case
 
 PUBLISHED_STABLE: Mapping[str, float] = {"S1": 0.790, "S2a": 0.760, "S2b": 0.708}
 """Share of stable layouts in the paper's sub-dataset 2, before balancing."""
@@ -317,8 +318,8 @@ def _agreement(said: pd.DataFrame, scenarios: list[str]) -> list[MethodAgreement
             own = part[part["judge"] == judge]
             firm = own[own["robust"].fillna(False).astype(bool)]
             answered = own[own["status"] == "done"]
-            label = answered["label"].fillna(answered["item_count"]).astype(int)
-            step = answered["failing_step"].fillna(answered["item_count"]).astype(int)
+            label = items_placed_by_case(answered["label"], answered["item_count"])
+            step = items_placed_by_case(answered["failing_step"], answered["item_count"])
             rows.append(
                 MethodAgreement(
                     reason=reason,

@@ -43,6 +43,7 @@ from steadyload.runs.runner import run_study
 from steadyload.runs.timing import load_while
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import share
+from steadyload.statistics.placed import items_placed_by_case
 from steadyload.studies.kit import Lab
 from steadyload.tuning import TuningError
 
@@ -358,10 +359,11 @@ def _decisions(
     listed = list(cases)
     cascade.prepare(max(len(layout) for _, layout in listed))
     stages = list(cascade.ladder.methods)
+    placed = items_placed_by_case(labels["failing_step"], labels["item_count"])
     steps, layouts = [], []
     for scenario, layout in listed:
         label = labels.loc[(layout.name, scenario)]
-        safe = len(layout) if pd.isna(label["failing_step"]) else int(label["failing_step"])
+        safe = int(placed[layout.name, scenario])
         decisions = cascade.decisions(layout)
         numbers = [stages.index(decision.stage) for decision in decisions]
         steps += [

@@ -19,6 +19,7 @@ from steadyload.runs.results import load_results
 from steadyload.runs.runner import run_study
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import mean, share
+from steadyload.statistics.placed import items_placed_by_case
 
 BASE = "t_max=0.3,eps_t=10,eps_r=10,friction=0.5,between_steps=reseat"
 """Untuned parameters: time, thresholds and friction of the reference simulation, nothing else."""
@@ -117,7 +118,7 @@ def _ask(
 
 def _answers(rows: pd.DataFrame) -> _Answers:
     items = rows["item_count"].tolist()
-    steps = rows["failing_step"].fillna(rows["item_count"]).astype(int).tolist()
+    steps = items_placed_by_case(rows["failing_step"], rows["item_count"]).tolist()
     done = (rows["status"] == str(Status.DONE)).tolist()
     said = [step if ok else why for step, ok, why in zip(steps, done, rows["status"], strict=True)]
     return _Answers(said, (1e3 * rows["cpu_total"]).tolist(), items)

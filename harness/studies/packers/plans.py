@@ -11,6 +11,7 @@ from steadyload.layouts.benchmark.dataset import KEYS, Benchmark
 from steadyload.layouts.benchmark.item_lists import CONTAINER, EURO_PALLET
 from steadyload.layouts.benchmark.real import PALLET_SOFTWARE
 from steadyload.layouts.benchmark.tables import UNLABELLED
+from steadyload.statistics.placed import items_placed_by_case
 
 PACKER_TITLES: Mapping[str, str] = {
     "packingsolver3d": "PackingSolver",
@@ -67,8 +68,7 @@ def plans_of(benchmark: Benchmark) -> pd.DataFrame:
     found["is_new"] = found["status"] == UNLABELLED
     found["within"] = found["labelled"] & found["failing_step"].isna()
     found["stands"] = found["settled"] & found["stands_step"].isna()
-    placed = found["stands_step"].astype(float).fillna(found["items"].astype(float))
-    found["score"] = placed / found["items"]
+    found["score"] = items_placed_by_case(found["stands_step"], found["items"]) / found["items"]
     found["packer"] = found["source"].map(PACKER_TITLES)
     found["list"] = [_list_of(row) for row in found.to_dict("records")]
     bins = benchmark.layouts["pallet"]

@@ -19,6 +19,7 @@ from steadyload.runs.judged import load_judged
 from steadyload.runs.labels import item_lists, labelled_material
 from steadyload.runs.runner import run_study
 from steadyload.statistics.clusters import Clusters
+from steadyload.statistics.placed import items_placed_by_case
 from steadyload.studies.precision.changes import AS_IT_IS, CHANGES, Change
 
 PART = "test"
@@ -82,9 +83,10 @@ def judge_changed(
         layout.renamed(f"{layout.name} {scenario}") for scenario, layout in material.cases(work)
     ]
     order = [layout.name for layout in layouts]
+    placed = items_placed_by_case(labels["failing_step"], labels["item_count"])
     cases = pd.DataFrame(
         {
-            "safe": labels["failing_step"].fillna(labels["item_count"]).to_numpy(int),
+            "safe": placed.to_numpy(),
             "items": labels["item_count"].to_numpy(int),
             "height": [float(lay.upper[:, 1].max()) for lay in layouts],
             "mass_ratio": [float(np.ptp(np.log(lay.weights))) for lay in layouts],

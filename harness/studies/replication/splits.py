@@ -19,6 +19,7 @@ from steadyload.errors import UserError
 from steadyload.labelling.paper_labels import Labels, content_of
 from steadyload.layouts.benchmark.paper_files import PaperFiles
 from steadyload.layouts.model.scenarios import Scenario
+from steadyload.statistics.placed import items_placed_by_case
 
 Mask = NDArray[np.bool_]
 
@@ -108,10 +109,7 @@ def labelled_cases(files: PaperFiles, labels: Labels) -> pd.DataFrame:
 
 def steps_safe(cases: pd.DataFrame) -> NDArray[np.int64]:
     """Items placed safely by the label of every case, all of them for a stable one."""
-    steps: NDArray[np.int64] = (
-        cases["failing_step"].fillna(cases["item_count"]).to_numpy(dtype=np.int64)
-    )
-    return steps
+    return items_placed_by_case(cases["failing_step"], cases["item_count"]).to_numpy()
 
 
 def draw_parts(

@@ -13,7 +13,7 @@ from steadyload.layouts.files.record import shown
 from steadyload.layouts.formats import read_layouts
 from steadyload.layouts.model.layout import Item, Layout, LayoutError, Pallet
 from steadyload.layouts.packing.packing import random_boxes
-from steadyload.methods.contract.method import Method, Status
+from steadyload.methods.contract.method import Method
 
 LABELLED = str(Part.VALIDATION)
 """Name of the labelled cases."""
@@ -141,10 +141,8 @@ def growing(cases: Cases, most_items: int, draws: int) -> Scene:
 def _safe_parts(method: Method, layouts: Sequence[Layout], patience: float) -> Iterator[Layout]:
     for layout in layouts:
         verdict = method.judge(layout, timeout=patience)
-        if verdict.status is Status.DONE:
-            safe = len(layout) if verdict.stable else verdict.failing_step or 0
-            if safe >= _FEWEST:
-                yield layout.first(safe)
+        if verdict.items_placed is not None and verdict.items_placed >= _FEWEST:
+            yield layout.first(verdict.items_placed)
 
 
 def _enough(parts: Sequence[Layout], items: int) -> list[Layout]:

@@ -14,6 +14,7 @@ from steadyload.runs.comparison import Compared
 from steadyload.runs.labels import item_lists
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import share
+from steadyload.statistics.placed import items_placed_by_case
 
 SIZES = ((1, 3), (4, 5), (6, 6), (7, 7), (8, 10), (11, 15), (16, 19), (20, 20))
 """Bins of the number of items. The paper cuts layouts to 20 items, so that many have exactly 20."""
@@ -140,7 +141,7 @@ def _steps(
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64], NDArray[np.bool_]]:
     """All steps up to the labels' failing ones: case, step, margin, mask of the failing ones."""
     count = labels["item_count"].astype(int).to_numpy()
-    safe = labels["failing_step"].fillna(labels["item_count"]).astype(int).to_numpy()
+    safe = items_placed_by_case(labels["failing_step"], labels["item_count"]).to_numpy()
     steps = [np.arange(min(s + 1, n)) for s, n in zip(safe, count, strict=True)]
     case = np.repeat(np.arange(len(steps)), [len(own) for own in steps])
     step = np.concatenate(steps)

@@ -22,6 +22,7 @@ from steadyload.runs.evaluation import ALL, in_group
 from steadyload.runs.labels import item_lists
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import mean
+from steadyload.statistics.placed import items_placed_by_case
 
 WIDENING: tuple[tuple[str, tuple[Reason, ...]], ...] = (
     ("numerics", (Reason.NUMERICAL,)),
@@ -88,9 +89,8 @@ def label_ceiling(labels: pd.DataFrame, opinions: pd.DataFrame) -> Ceiling | Non
     if not {str(r) for _, reasons in WIDENING for r in reasons} <= set(table.columns.levels[0]):
         return None
     table = table.reindex(labels.index)
-    items = labels["item_count"].astype(float)
-    table = table.mask(table == _STABLE, items, axis=0)
-    label = labels["failing_step"].astype("Float64").fillna(items).to_numpy(float)
+    table = table.mask(table == _STABLE, labels["item_count"].astype(float), axis=0)
+    label = items_placed_by_case(labels["failing_step"], labels["item_count"]).to_numpy(float)
     lists = item_lists(labels)
     scenarios = tuple(labels.index.unique("scenario"))
     masks = {group: in_group(labels.index, group) for group in (ALL, *scenarios)}

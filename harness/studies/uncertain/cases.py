@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from steadyload.layouts.model.layout import Layout
-from steadyload.methods.contract.method import Method, Status, judge
+from steadyload.methods.contract.method import Method, judge
 from steadyload.methods.registry import make_method
 from steadyload.methods.uncertainty import (
     dimensions,
@@ -93,7 +93,7 @@ def _row(method: Method, question: Question, scenario: str, layout: Layout) -> R
         "layout": layout.name,
         "scenario": scenario,
         "item_count": len(layout),
-        "nominal": _safe(found.nominal.status, found.nominal.failing_step, len(layout)),
+        "nominal": found.nominal.items_placed,
         "safe": sorted(Counter(s for s in found.said if s is not None).items()),
         "samples": found.samples,
         "lost": sum(found.without_verdict.values()),
@@ -105,12 +105,6 @@ def _row(method: Method, question: Question, scenario: str, layout: Layout) -> R
         "nominal_cpu": found.nominal.cpu.total,
         "random": _random_share(method, question, layout) if question.random else None,
     }
-
-
-def _safe(status: Status, failing_step: int | None, item_count: int) -> int | None:
-    if status is not Status.DONE:
-        return None
-    return item_count if failing_step is None else failing_step
 
 
 def _random_share(method: Method, question: Question, layout: Layout) -> float:
