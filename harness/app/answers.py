@@ -10,7 +10,8 @@ from typing import Any
 from steadyload.bearing import Crushed
 from steadyload.layouts.model.footing import Footing, Gap, Side
 from steadyload.layouts.model.frame import Frame
-from steadyload.methods.contract.method import Verdict
+from steadyload.methods.contract.old_keys import with_old_keys
+from steadyload.methods.contract.verdict import Verdict, record_of
 from steadyload.notebook import ShownInNotebook
 from steadyload.statistics.estimate import Estimate
 from steadyload.transport.trials import RuleAnswer
@@ -204,11 +205,11 @@ class Check(ShownInNotebook):
         return f"{self.layout}{boxes}: {said}{road} [{self.method}{right}]"
 
     def to_dict(self) -> dict[str, Any]:
-        """The answer as values that JSON can hold, with units in the names."""
+        """The answer as values that JSON can hold, with units in the names; then old names."""
         sure = self.reliability
-        of_verdict = (self.verdict.to_dict() if self.verdict is not None else {}).get
+        of_verdict = (record_of(self.verdict) if self.verdict is not None else {}).get
         known, widest = self.items is not None, 0.0 if self.gap is None else self.gap.height
-        return {
+        record = {
             "layout": self.layout,
             "file": self.file,
             "items": self.items,
@@ -217,7 +218,7 @@ class Check(ShownInNotebook):
             "score": of_verdict("score"),
             "failing_step": of_verdict("failing_step"),
             "failing_box": self.failing_box,
-            "moved_step": of_verdict("moved_step"),
+            "moved_item": of_verdict("moved_item"),
             "moved_box": self.moved_box,
             "displacement_cm": of_verdict("displacement_cm"),
             "rotation_deg": of_verdict("rotation_deg"),
@@ -246,6 +247,7 @@ class Check(ShownInNotebook):
             "allowed_kg": None if self.crushed is None else self.crushed.allowed_kg,
             **_transport_fields(self.transport),
         }
+        return with_old_keys("check", record)
 
 
 def too_far(frame: Frame, gaps_cm: float) -> str:
@@ -294,7 +296,7 @@ def _transport_fields(answer: RuleAnswer | None) -> dict[str, Any]:
         "transport_method": None if answer is None else answer.method,
         "transport_held": None if answer is None else answer.held,
         "transport_direction_deg": None if worst is None else worst.direction_deg,
-        "transport_moved_step": None if worst is None else worst.moved_item,
+        "transport_moved_item": None if worst is None else worst.moved_item,
         "transport_mode": None if worst is None or worst.mode is None else str(worst.mode),
         "transport_reason": "" if worst is None else worst.reason,
     }

@@ -140,7 +140,7 @@ def _rows(records: Iterable[Mapping[str, Any]]) -> Iterable[tuple[str, ...]]:
             "-" if score is None else f"{score:.3f}",
             "-" if step is None else str(step),
             record["status"],
-            f"{1e3 * record['seconds']:.2f}",
+            f"{1e3 * record['wall_seconds']:.2f}",
             _why(record),
         )
 

@@ -55,7 +55,7 @@ def _row(record: Mapping[str, Any], found: Mapping[str, Any] | None) -> tuple[st
         _distribution(found["distribution"]),
         f"{found['expected_score']:.3f}",
         str(found["samples"]),
-        f"{found['seconds']:.2f}",
+        f"{found['wall_seconds']:.2f}",
         "; ".join(filter(None, (named_reason(record), _shortage(found)))),
     )
 

@@ -24,7 +24,9 @@ from steadyload.layouts.files.parquet_table import table_of
 from steadyload.layouts.files.record import shown
 from steadyload.layouts.model.layout import Layout
 from steadyload.methods.contract.method import Method, Verdict
+from steadyload.methods.contract.old_keys import OLD_KEYS
 from steadyload.methods.contract.spec import stored_values
+from steadyload.methods.contract.verdict import record_of
 from steadyload.reading import MAX_STORED_BYTES, content_of, json_of
 from steadyload.runs.store import Codec, DamagedError, Store, checksum_of
 from steadyload.runs.store import ResultsError as ResultsError
@@ -72,6 +74,14 @@ SCHEMA = pa.schema(
 null for a stable layout and for a verdict without a score. ``body_substeps``: substeps times the
 boxes that take part, null in rows of earlier versions."""
 
+_WITH_UNITS = {"displacement": "displacement_cm", "rotation": "rotation_deg"}
+"""Columns that are handed out under another name than they are stored under."""
+
+_STORED = {handed: stored for stored, handed in _WITH_UNITS.items()}
+
+COLUMNS = tuple(_WITH_UNITS.get(name, name) for name in SCHEMA.names)
+"""Columns of the rows that are handed out: those of :data:`SCHEMA`, with units in their names."""
+
 _MANIFEST_KEYS = ("schema_version", "study", "study_hash", "data_hash", "shards", "finished")
 
 KEYS = ["layout", "scenario", "method", "repetition"]
@@ -81,25 +91,18 @@ def result_row(
     layout: Layout, scenario: str, method: Method, repetition: int, verdict: Verdict
 ) -> dict[str, Any]:
     """One row of :data:`SCHEMA`."""
+    said = record_of(verdict)
     row: dict[str, Any] = {
         "layout": layout.name,
         "layout_hash": layout.content_hash(),
         "scenario": scenario,
-        "item_count": verdict.item_count,
+        "item_count": said["items"],
         "method": str(method.spec),
         "method_name": method.spec.name,
         "engine": method.spec.engine,
         "parameters": json.dumps(stored_values(method.parameters), sort_keys=True),
         "repetition": repetition,
-        "status": str(verdict.status),
-        "failing_step": verdict.failing_step,
-        "score": verdict.score,
-        "moved_item": verdict.moved_item,
-        "displacement": verdict.displacement,
-        "rotation": verdict.rotation,
-        "reason": verdict.reason,
-        "ignored": list(verdict.ignored),
-        "emulated": list(verdict.emulated),
+        **{name: said[key] for name, key in zip(SCHEMA.names, COLUMNS, strict=True) if key in said},
         "substeps": verdict.effort.substeps,
     }
     for clock, seconds in (("cpu", verdict.cpu), ("wall", verdict.wall)):
@@ -137,7 +140,7 @@ def superseded(directory: Path) -> set[Path]:
 
 
 def load_results(directory: str | Path, columns: Sequence[str] | None = None) -> pd.DataFrame:
-    """All rows of a run folder as a DataFrame with the columns of :data:`SCHEMA`.
+    """All rows of a run folder as a DataFrame with :data:`COLUMNS`, and old names of some.
 
     A run that is not finished gives the rows that are there, with a warning that says how many
     shards are missing. Integer columns that may be missing come as pandas' nullable ``Int32``. Rows
@@ -152,11 +155,10 @@ def load_results(directory: str | Path, columns: Sequence[str] | None = None) ->
         ResultsError: not a run folder, one of another schema version, a damaged one, or a finished
             one without all of its shards.
     """
-    wanted = SCHEMA.names if columns is None else list(columns)
-    read = list(dict.fromkeys([*wanted, *KEYS]))
+    read = None if columns is None else [*columns, *KEYS]
     tables = list(_shards(Path(directory), read))
     rows = _frame(pa.concat_tables(tables)).sort_values(KEYS, kind="stable", ignore_index=True)
-    return rows if read == wanted else rows[wanted]
+    return rows if columns is None else rows[list(columns)]
 
 
 def each_shard(
@@ -171,11 +173,15 @@ def each_shard(
     Raises:
         ResultsError: as :func:`load_results`.
     """
-    yield from map(_frame, _shards(Path(directory), columns))
+    for table in _shards(Path(directory), columns):
+        rows = _frame(table)
+        yield rows if columns is None else rows[list(columns)]
 
 
 def _shards(directory: Path, columns: Sequence[str] | None) -> Iterator[pa.Table]:
-    """The tables of the existing shards of a run, one after the other."""
+    """The tables of the existing shards of a run, one after the other, as they are stored."""
+    if columns is not None:
+        columns = list(dict.fromkeys(_STORED.get(name, name) for name in columns))
     manifest = load_manifest(directory)
     found = manifest["schema_version"]
     if found != SCHEMA_VERSION:
@@ -218,8 +224,11 @@ def kept_file(directory: str | Path, name: str) -> Path:
 
 
 def _frame(table: pa.Table) -> pd.DataFrame:
+    """Stored rows as they are handed out."""
     nullable = {pa.int32(): pd.Int32Dtype()}
-    return table.to_pandas(types_mapper=nullable.get)
+    rows = table.to_pandas(types_mapper=nullable.get).rename(columns=_WITH_UNITS)
+    old = {key: new for key, new in OLD_KEYS.get("results", {}).items() if new in rows}
+    return rows.assign(**{key: rows[new] for key, new in old.items()})
 
 
 def load_manifest(directory: str | Path) -> dict[str, Any]:

@@ -12,6 +12,8 @@ from steadyload.layouts.model.layout import Item, Layout
 from steadyload.layouts.model.naming import box_id, with_ids
 from steadyload.layouts.model.scenarios import Scenario
 from steadyload.methods.contract.method import Method, Status, Verdict, judge
+from steadyload.methods.contract.old_keys import with_old_keys
+from steadyload.methods.contract.verdict import record_of
 from steadyload.methods.doubt import doubt
 from steadyload.methods.envelope import leaves
 from steadyload.methods.registry import make_method
@@ -58,13 +60,12 @@ def score_layouts(
         reading: see :class:`steadyload.layouts.formats.Reading`.
 
     Returns:
-        Records with the keys ``layout, file, method, items, scenario, floor, score, failing_step,
-        status, failing_box, moved_item, moved_box, displacement, rotation, reason, ignored,
-        emulated, outside, doubt, seconds, cpu_seconds``; ``floor`` is ``deck`` or ``infinite``,
-        ``failing_box`` and ``moved_box`` are ids, None where a box has none; times are wall and CPU
-        seconds of the whole judgement, ``outside`` lists in which quantities the layout leaves the
-        envelope of the method's engine, and ``doubt`` is a sentence on a load that a simulation
-        sees fall although contact forces balance it, else empty.
+        Records with the keys ``layout, file, method, scenario, floor``, those of
+        :func:`steadyload.methods.contract.verdict.record_of`, ``failing_box, moved_box, outside,
+        doubt`` and old names of some; ``floor`` is ``deck`` or ``infinite``, ``failing_box`` and
+        ``moved_box`` are ids, None where a box has none, ``outside`` lists in which quantities the
+        layout leaves the envelope of the method's engine, and ``doubt`` is a sentence on a load
+        that a simulation sees fall although contact forces balance it, else empty.
 
     Raises:
         LayoutError: a file cannot be read as a whole; or a layout is not valid, if ``strict``.
@@ -151,12 +152,12 @@ def uncertain_record(found: VerdictReliability, boxes: Sequence[Item] = ()) -> R
         (95 %); ``distribution``, the share of every failing step as a text, ``none`` for none;
         ``likeliest_step`` with ``likeliest_share``, null for none; ``expected_score``; ``samples``
         and those ``without_verdict`` by status, ``why`` the first of these; ``ending``,
-        ``without_effect``; ``seconds`` and ``cpu_seconds`` for everything. See
+        ``without_effect``; ``wall_seconds`` and ``cpu_seconds`` for everything. See
         :class:`steadyload.runs.verdict_reliability.VerdictReliability`.
     """
     shares = found.shares
     likeliest = found.likeliest if shares else None
-    return {
+    record = {
         "stands": found.stands,
         "interval": [found.low, found.high],
         "distribution": {"none" if k is None else str(k): share for k, share in shares.items()},
@@ -168,9 +169,10 @@ def uncertain_record(found: VerdictReliability, boxes: Sequence[Item] = ()) -> R
         "why": with_ids(found.why, boxes),
         "ending": str(found.ending),
         "without_effect": list(found.without_effect),
-        "seconds": found.wall,
         "cpu_seconds": found.cpu,
+        "wall_seconds": found.wall,
     }
+    return with_old_keys("uncertain", record)
 
 
 def read_entries(
@@ -200,26 +202,18 @@ def _record(
     else:
         verdict = Verdict(item_count=0, status=Status.REFUSED, reason=str(entry.error))
         items, outside, boxes, floor, doubtful = None, [], (), None, ""
-    return {
+    record = {
         "layout": entry.name,
         "file": file,
         "method": str(method.spec),
-        "items": items,
         "scenario": str(scenario) if scenario else None,
         "floor": floor,
-        "score": verdict.score,
-        "failing_step": verdict.failing_step,
-        "failing_box": box_id(boxes, verdict.failing_step),
-        "status": str(verdict.status),
-        "moved_item": verdict.moved_item,
-        "moved_box": box_id(boxes, verdict.moved_item),
-        "displacement": verdict.displacement,
-        "rotation": verdict.rotation,
+        **record_of(verdict),
+        "items": items,
         "reason": with_ids(verdict.reason, boxes),
-        "ignored": list(verdict.ignored),
-        "emulated": list(verdict.emulated),
+        "failing_box": box_id(boxes, verdict.failing_step),
+        "moved_box": box_id(boxes, verdict.moved_item),
         "outside": outside,
         "doubt": doubtful,
-        "seconds": verdict.wall.total,
-        "cpu_seconds": verdict.cpu.total,
     }
+    return with_old_keys("score", record)

@@ -85,8 +85,10 @@ def test_a_profile_and_flags_say_the_same(folder, capsys):
     _, out, _ = run(capsys, "score", "wms.csv", "--json", "-m", "sme", *flags)
     profile = ["--profile", "wms.toml"]
     _, same, _ = run(capsys, "score", "wms.csv", "--json", "-m", "sme", *profile)
-    records, others = ([{**r, "seconds": 0, "cpu_seconds": 0} for r in json.loads(t)]
-                       for t in (out, same))  # fmt: skip
+    records, others = (
+        [{k: v for k, v in r.items() if "seconds" not in k} for r in json.loads(t)]
+        for t in (out, same)
+    )
     assert records == others
     assert (records[0]["failing_step"], records[0]["failing_box"]) == (1, "SKU-2002")
     assert records[0]["moved_box"] == "SKU-2002"

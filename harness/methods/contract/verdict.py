@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from steadyload.layouts.model.batch import LayoutBatch
 from steadyload.layouts.model.frame import Frame
 from steadyload.layouts.model.layout import Layout
+from steadyload.methods.contract.old_keys import with_old_keys
 from steadyload.methods.contract.stopwatch import Seconds
 from steadyload.notebook import ShownInNotebook
 from steadyload.statistics.placed import items_placed
@@ -119,21 +120,8 @@ class Verdict(ShownInNotebook):
         return self.failing_step if self.moved_item is None else self.moved_item
 
     def to_dict(self) -> dict[str, Any]:
-        """The verdict as values that JSON can hold, with units in the names."""
-        return {
-            "items": self.item_count,
-            "status": str(self.status),
-            "score": self.score,
-            "failing_step": self.failing_step,
-            "moved_step": self.moved_item,
-            "displacement_cm": self.displacement,
-            "rotation_deg": self.rotation,
-            "reason": self.reason,
-            "ignored": list(self.ignored),
-            "emulated": list(self.emulated),
-            "cpu_seconds": self.cpu.total,
-            "wall_seconds": self.wall.total,
-        }
+        """The fields of :func:`record_of`, and old names of some."""
+        return with_old_keys("verdict", record_of(self))
 
     def __str__(self) -> str:
         return self.sentence(Frame())
@@ -153,6 +141,27 @@ class Verdict(ShownInNotebook):
             return said + (f": {self.reason}" if self.reason else "")
         turned = "" if self.rotation is None else f", {self.rotation:.1f} degrees"
         return f"{said}: item {self.moved_item} moved {frame.length(self.displacement)}{turned}"
+
+
+def record_of(verdict: Verdict) -> dict[str, Any]:
+    """A verdict as values that JSON can hold, with units in the names.
+
+    Every record, row and table that holds a verdict takes its values from here.
+    """
+    return {
+        "items": verdict.item_count,
+        "status": str(verdict.status),
+        "score": verdict.score,
+        "failing_step": verdict.failing_step,
+        "moved_item": verdict.moved_item,
+        "displacement_cm": verdict.displacement,
+        "rotation_deg": verdict.rotation,
+        "reason": verdict.reason,
+        "ignored": list(verdict.ignored),
+        "emulated": list(verdict.emulated),
+        "cpu_seconds": verdict.cpu.total,
+        "wall_seconds": verdict.wall.total,
+    }
 
 
 @dataclass(frozen=True, slots=True)

@@ -179,6 +179,6 @@ def _disputes(found: Convergence) -> Section:
 
 
 def _moved(dispute: LabelDispute) -> str:
-    if dispute.displacement is None or dispute.rotation is None:
+    if dispute.displacement_cm is None or dispute.rotation_deg is None:
         return MISSING
-    return f"{dispute.displacement:.1f} cm, {dispute.rotation:.1f} deg"
+    return f"{dispute.displacement_cm:.1f} cm, {dispute.rotation_deg:.1f} deg"

@@ -55,7 +55,7 @@ class ConvergenceRow:
 class LabelDispute:
     """A layout on which another method differs: failing steps, ``stable`` or a status.
 
-    ``displacement`` [cm] and ``rotation`` [degrees] are those of the reference at its failing step.
+    ``displacement_cm`` and ``rotation_deg`` are those of the reference at its failing step.
     ``changes_under`` names those changes of the reference, of ``tried`` ones, that change the
     label, too.
     """
@@ -63,8 +63,8 @@ class LabelDispute:
     layout: str
     item_count: int
     label: str
-    displacement: float | None
-    rotation: float | None
+    displacement_cm: float | None
+    rotation_deg: float | None
     said: Mapping[str, str]
     tried: int
     changes_under: tuple[str, ...]
@@ -201,11 +201,15 @@ def _disputes(said: pd.DataFrame, swept: pd.DataFrame, base: pd.DataFrame) -> li
                 layout=str(layout),
                 item_count=int(row["item_count"]),
                 label=label,
-                displacement=None if pd.isna(row["displacement"]) else float(row["displacement"]),
-                rotation=None if pd.isna(row["rotation"]) else float(row["rotation"]),
+                displacement_cm=_number(row["displacement_cm"]),
+                rotation_deg=_number(row["rotation_deg"]),
                 said={title: said.loc[layout, spec] for title, spec in fine.items()},
                 tried=len(tried),
                 changes_under=tuple(v.title for v in tried if table.loc[layout, v.spec] != label),
             )
         )
     return disputes
+
+
+def _number(value: float) -> float | None:
+    return None if pd.isna(value) else float(value)
