@@ -8,6 +8,7 @@ import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from enum import Enum
 from functools import cache
+from pathlib import Path
 from types import MappingProxyType, NoneType, UnionType
 from typing import Any, NoReturn, TypeVar, Union, get_args, get_origin, get_type_hints
 
@@ -140,58 +141,72 @@ def choices_of(metadata: Mapping[str, Any]) -> Sequence[str]:
     return [str(word) for word in getattr(importlib.import_module(module), name)]
 
 
-def numbers_allowed(kind: type[float], least: float, most: float) -> str:
+def numbers_allowed(kind: type[float], least: float, most: float, unit: str = "") -> str:
     """The numbers of a range in words; a bound that is infinite is none."""
     what = "a whole number" if kind is int else "a number"
     if math.isinf(least):
-        return what if math.isinf(most) else f"{what} of at most {most:g}"
-    return f"{what}, {least:g} {'or more' if math.isinf(most) else f'to {most:g}'}"
+        found = what if math.isinf(most) else f"{what} of at most {_bound(most)}"
+    else:
+        to = "or more" if math.isinf(most) else f"to {_bound(most)}"
+        found = f"{what}, {_bound(least)} {to}"
+    return f"{found} [{unit}]" if unit else found
+
+
+def _bound(number: float) -> str:
+    return f"{number:,}" if isinstance(number, int) else f"{number:g}"
+
+
+_TABLE = "keys with values"
+
+_MOST = 2**63 - 1
+"""Of a whole number of an :func:`option`: what libraries count with."""
 
 
 class ConfigError(UserError):
     """A key or value of a configuration that is not allowed; says where, which, and what is."""
 
 
-def bind(cls: type[T], mapping: Mapping[str, object], where: str) -> T:
+def bind(
+    cls: type[T],
+    mapping: object,
+    where: str,
+    error: type[UserError] = ConfigError,
+    /,
+    **given: Any,
+) -> T:
     """A dataclass of the values of a mapping, such as a TOML file or a JSON object.
 
-    Fields may be texts, truth values, numbers, paths, enumerations, dataclasses, tuples, lists and
-    mappings of these, and optional. Ranges, choices and readers of :func:`option` hold.
+    Fields may be texts, truth values, numbers, paths, enumerations, dataclasses, tuples, lists,
+    sets and mappings of these, and optional. Ranges, choices and readers of :func:`option` hold.
+    A number of type ``float | int`` stays as it is stated; keys of kept rows depend on that.
 
     Args:
         cls: a dataclass.
         mapping: values by name of a field.
         where: what the mapping is, for messages.
+        error: what is raised.
+        given: fields that the mapping may not state, with their values.
 
     Raises:
-        ConfigError: an unknown or missing key, a value that is not allowed, or values that the
-            class refuses.
+        UserError: of the class ``error``: no mapping, an unknown or missing key, a value that is
+            not allowed, or values that the class refuses.
     """
-    values = values_of(cls, mapping, where)
-    _refuse_missing(cls, values, where)
-    return made_of(cls, values, where, ConfigError)
-
-
-def made_of(cls: type[T], values: Mapping[str, Any], where: str, refused: type[UserError]) -> T:
-    """A class of the values of its fields; a ValueError of it becomes one that says where."""
+    values = {**values_of(cls, mapping, where, error, apart=given), **given}
+    refuse_missing(cls, values, where, error)
     try:
         return cls(**values)
-    except UserError:
-        raise
-    except ValueError as error:
-        raise refused(f"{where}: {error}") from None
-
-
-def _refuse_missing(cls: type, values: Collection[str], where: str) -> None:
-    for name, one in _fields(cls).items():
-        has_default = one.default is not REQUIRED or one.default_factory is not REQUIRED
-        if not has_default and name not in values:
-            allowed = _Field(where, name, one.metadata).allowed(_hints(cls)[name])
-            raise ConfigError(f"{where}: {name} is missing; allowed: {allowed}")
+    except ValueError as refused:
+        raise error(f"{where}: {refused}") from None
 
 
 def values_of(
-    cls: type, mapping: Mapping[str, object], where: str, *, apart: Collection[str] = ()
+    cls: type,
+    mapping: object,
+    where: str,
+    error: type[UserError] = ConfigError,
+    *,
+    apart: Collection[str] = (),
+    beside: Collection[type] = (),
 ) -> dict[str, Any]:
     """The fields of a dataclass that a mapping states, by name; see :func:`bind`.
 
@@ -199,16 +214,40 @@ def values_of(
         cls: a dataclass.
         mapping: values by name of a field.
         where: what the mapping is, for messages.
-        apart: names of fields that a mapping may not state.
+        error: what is raised.
+        apart: names of fields that the mapping may not state.
+        beside: dataclasses whose fields it may state, too.
     """
-    known = {name: one for name, one in _fields(cls).items() if name not in apart}
+    if not isinstance(mapping, Mapping):
+        raise error(f"{where} is {shown(mapping)}; allowed: {_TABLE}")
+    known: dict[str, tuple[dataclasses.Field[Any], Any]] = {}
+    for each in (cls, *beside):
+        known |= {name: (one, _hints(each)[name]) for name, one in _fields(each).items()}
+    known = {name: one for name, one in known.items() if name not in apart}
     for key in mapping:
         if key not in known:
-            raise ConfigError(f"{where}: unknown key {shown(key)}; {nearest(str(key), known)}")
-    return {
-        name: _Field(where, name, known[name].metadata).value(_hints(cls)[name], stated)
-        for name, stated in mapping.items()
-    }
+            raise error(f"{where}: unknown key {shown(key)}; {nearest(str(key), known)}")
+    found = {}
+    for name, stated in mapping.items():
+        one, hint = known[name]
+        found[name] = _Field(where, name, one.metadata, error).value(hint, stated)
+    return found
+
+
+def refuse_missing(
+    cls: type, names: Collection[str], where: str, error: type[UserError] = ConfigError
+) -> None:
+    """Refuse names of stated fields that lack one without a default."""
+    for name, one in _fields(cls).items():
+        has_default = one.default is not REQUIRED or one.default_factory is not REQUIRED
+        if not has_default and name not in names:
+            allowed = _Field(where, name, one.metadata, error).allowed(_hints(cls)[name])
+            raise error(f"{where}: {name} is missing; allowed: {allowed}")
+
+
+def check(made: Any, where: str, error: type[UserError] = ConfigError) -> None:
+    """Refuse a dataclass that :func:`bind` would not make; for one that Python code makes, too."""
+    values_of(type(made), {name: getattr(made, name) for name in _fields(type(made))}, where, error)
 
 
 @cache
@@ -224,25 +263,29 @@ def _fields(cls: type) -> dict[str, dataclasses.Field[Any]]:
 class _Field:
     """A field, or an element of one, that is bound: where it stands, and what is allowed there."""
 
-    def __init__(self, where: str, name: str, metadata: Mapping[str, Any]) -> None:
-        self.where, self.name, self.metadata = where, name, metadata
+    def __init__(
+        self, where: str, name: str, metadata: Mapping[str, Any], error: type[UserError]
+    ) -> None:
+        self.where, self.name, self.metadata, self.error = where, name, metadata, error
 
     def value(self, kind: Any, stated: object) -> Any:
         """The value of a type."""
         origin, inner = _parts(kind)
         if origin is None:
-            is_none = stated is None and NoneType in get_args(kind)
-            return None if is_none else self.value(inner[0], stated)
+            if stated is None and NoneType in get_args(kind):
+                return None
+            value = self.value(inner[0], stated)
+            return stated if inner == (float, int) else value
         if self.metadata.get(READ) is not None and not inner:
             return self._read(kind, stated)
-        if origin in (tuple, list):
+        if origin in (tuple, list, frozenset):
             return self._elements(kind, stated)
         if origin is dict:
             return self._mapping(kind, stated)
         if isinstance(kind, type) and dataclasses.is_dataclass(kind):
             if not isinstance(stated, Mapping):
                 self._refuse(kind, stated)
-            return bind(kind, stated, f"{self.where}: {self.name}")
+            return bind(kind, stated, f"{self.where}: {self.name}", self.error)
         return stated if kind is Any else self._single(kind, stated)
 
     def allowed(self, kind: Any) -> str:
@@ -251,41 +294,59 @@ class _Field:
         if origin is None:
             return self.allowed(inner[0])
         if kind is Any or (self.metadata.get(READ) is not None and not inner):
-            return "a value"
-        if origin in (tuple, list):
-            return "a list" if ... in inner or origin is list else f"a list of {len(inner)} values"
+            return "a text" if kind is str else "a value"
+        if origin is tuple and ... not in inner:
+            return f"a list of {len(inner)} values"
+        if origin in (tuple, list, frozenset):
+            return f"a list of {fewest} or more" if (fewest := self._fewest()) else "a list"
         if origin is dict or dataclasses.is_dataclass(kind):
-            return "keys with values"
+            names = self._names(get_args(kind)[0]) if origin is dict else ()
+            what = "one value or more" if self._fewest() else "values"
+            return f"{what} by {', '.join(sorted(map(str, names)))}" if names else _TABLE
         if kind in (int, float):
-            return numbers_allowed(kind, *self._range())
-        return "true or false" if kind is bool else "a text"
+            return numbers_allowed(kind, *self._range(), self.metadata.get("unit", ""))
+        if names := self._names(kind):
+            return ", ".join(sorted(map(str, names)))
+        if kind is bool:
+            return "true or false"
+        return "a path" if kind is Path else "a text"
 
     def _refuse(self, kind: Any, stated: object) -> NoReturn:
-        raise ConfigError(
-            f"{self.where}: {self.name} is {shown(stated)}; allowed: {self.allowed(kind)}"
-        )
+        self._say(f"{shown(stated)}; allowed: {self.allowed(kind)}")
+
+    def _say(self, what: str) -> NoReturn:
+        raise self.error(f"{self.where}: {self.name} is {what}") from None
 
     def _at(self, key: object) -> _Field:
-        return _Field(self.where, f"{self.name}[{key}]", self.metadata)
+        return _Field(self.where, f"{self.name}[{key}]", self.metadata, self.error)
+
+    def _fewest(self) -> int:
+        """The smallest number of elements that a list may have."""
+        return self.metadata.get(FEWEST) or 0
+
+    def _names(self, kind: Any) -> Sequence[str]:
+        """Allowed words, or numbers of an enumeration; empty where all are allowed."""
+        is_enum = isinstance(kind, type) and issubclass(kind, Enum)
+        return choices_of(self.metadata) or ([one.value for one in kind] if is_enum else ())
 
     def _range(self) -> tuple[float, float]:
         return self.metadata.get("least", -math.inf), self.metadata.get("most", math.inf)
 
     def _elements(self, kind: Any, stated: object) -> Sequence[Any]:
         origin, inner = _parts(kind)
-        if not isinstance(stated, list | tuple):
+        if not isinstance(stated, list | tuple | frozenset) or len(stated) < self._fewest():
             self._refuse(kind, stated)
         kinds = inner if origin is tuple and ... not in inner else inner[:1] * len(stated)
         if len(kinds) != len(stated):
             self._refuse(kind, stated)
-        made = [
+        found = [
             self._at(k).value(each, one)
             for k, (each, one) in enumerate(zip(kinds, stated, strict=True))
         ]
-        return tuple(made) if origin is tuple else made
+        return origin(found)
 
     def _mapping(self, kind: Any, stated: object) -> dict[Any, Any]:
-        if not isinstance(stated, Mapping):
+        if not isinstance(stated, Mapping) or len(stated) < self._fewest():
             self._refuse(kind, stated)
         key, value = get_args(kind)
         return {
@@ -295,31 +356,33 @@ class _Field:
 
     def _read(self, kind: Any, stated: object) -> Any:
         """The value of a text, or of a number in its place, by the field's own reader."""
-        if not isinstance(stated, str | int | float) or isinstance(stated, bool):
+        texts = str if kind is str else str | int | float
+        if not isinstance(stated, texts) or isinstance(stated, bool):
             self._refuse(kind, stated)
         try:
             return self.metadata[READ](str(stated))
         except ValueError as error:
-            raise ConfigError(f"{self.where}: {self.name} is {error}") from None
+            self._say(str(error))
 
     def _single(self, kind: Any, stated: object) -> Any:
         if kind in (int, float):
             return self._number(kind, stated)
         if kind is bool:
             return stated if isinstance(stated, bool) else self._refuse(kind, stated)
-        is_enum = issubclass(kind, Enum)
-        if not isinstance(stated, str | int if is_enum else str):
+        names = self._names(kind)
+        texts = str | int if issubclass(kind, Enum) else str | kind
+        if not isinstance(stated, texts) or (stated == "" and kind is Path):
             self._refuse(kind, stated)
-        names = [one.value for one in kind] if is_enum else choices_of(self.metadata)
         if names and stated not in names:
-            hint = nearest(str(stated), names)
-            raise ConfigError(f"{self.where}: {self.name} is {shown(stated)}; {hint}")
+            self._say(f"{shown(stated)}; {nearest(str(stated), names)}")
         return kind(stated)
 
-    def _number(self, kind: type[float], stated: Any) -> float:
-        least, most = self._range()
+    def _number(self, kind: Any, stated: Any) -> float:
         is_right = type(stated) is int or (kind is float and type(stated) is float)
         if is_right and "least" in self.metadata:
+            least, most = self._range()
+            if kind is int and stated > _MOST < most:
+                self._say(f"{shown(stated)}; allowed: a whole number of at most {_MOST}")
             is_right = least <= stated <= most  # not a number is in no range
         try:
             return kind(stated) if is_right else self._refuse(kind, stated)

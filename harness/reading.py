@@ -15,6 +15,7 @@ import stat
 import tomllib
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib import resources
 from io import BufferedReader
 from pathlib import Path
 from typing import Any, BinaryIO, TextIO
@@ -149,6 +150,11 @@ def json_of(content: bytes) -> Any:
     if sum(map(content.count, (b",", b":", b"[", b"{"))) > MAX_STORED_VALUES:
         raise ValueError(f"more than {MAX_STORED_VALUES:,} values")
     return json.loads(content)
+
+
+def own_file(package: str, name: str = "") -> Path:
+    """A file or folder that comes with a package of ours, such as ``steadyload.methods``."""
+    return Path(str(resources.files(package))) / name
 
 
 def toml_of(path: Path, error: type[UserError]) -> dict[str, Any]:

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import cache
-from importlib import resources
 from typing import Any
 
+from steadyload import config
 from steadyload.engines.quantities import check_ranges, quantity
 from steadyload.errors import nearest
 from steadyload.learners import LearnerError
 from steadyload.learners.features import SYMMETRIES, FeatureKind
 from steadyload.learners.inference import HEADS
 from steadyload.methods.contract.spec import SpecError, bind
+from steadyload.reading import own_file, toml_of
 
 
 class NetworkKind(StrEnum):
@@ -114,10 +114,11 @@ class TrainingPreset:
 @cache
 def training_presets() -> Mapping[str, TrainingPreset]:
     """All presets by name."""
-    text = (
-        resources.files("steadyload.learners").joinpath("presets.toml").read_text(encoding="utf-8")
-    )
-    return {name: _preset(name, table) for name, table in tomllib.loads(text).items()}
+    file = own_file("steadyload.learners", "presets.toml")
+    return {
+        name: config.bind(TrainingPreset, table, f"{file}: {name}", LearnerError, name=name)
+        for name, table in toml_of(file, LearnerError).items()
+    }
 
 
 def training_preset(name: str) -> TrainingPreset:
@@ -130,14 +131,6 @@ def training_preset(name: str) -> TrainingPreset:
     if found is None:
         raise LearnerError(f"preset is {name!r}; {nearest(name, training_presets())}")
     return found
-
-
-def _preset(name: str, table: Mapping[str, Any]) -> TrainingPreset:
-    about = {key: table[key] for key in ("title", "left_out", "budget")}
-    options = options_from(table["options"], where=f"preset {name}")
-    networks = tuple(table.get("networks", ()))
-    members = len(networks) or table["members"]
-    return TrainingPreset(name, members=members, options=options, networks=networks, **about)
 
 
 def options_from(values: Mapping[str, Any], *, where: str) -> TrainingOptions:

@@ -10,7 +10,6 @@ import math
 import struct
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -30,7 +29,14 @@ from steadyload.learners.inference import Network
 from steadyload.learners.options import TrainingOptions, options_from
 from steadyload.learners.ranges import TrainedRanges, quantities_of
 from steadyload.learners.tensors import check_tensors, tensor_shapes
-from steadyload.reading import MAX_STORED_BYTES, MAX_TABLE_BYTES, content_of, in_words, json_of
+from steadyload.reading import (
+    MAX_STORED_BYTES,
+    MAX_TABLE_BYTES,
+    content_of,
+    in_words,
+    json_of,
+    own_file,
+)
 
 VERSION = 1
 
@@ -39,7 +45,7 @@ MANIFEST = "manifest.json"
 WEIGHTS = "weights"
 """The folder of the weights in that of the training that made them."""
 
-SHIPPED = Path(str(resources.files("steadyload.learners"))) / "weights"
+SHIPPED = own_file("steadyload.learners", "weights")
 """The folder of the weights that come with the package, a folder a name in it."""
 
 _TYPES = {"F32": np.float32, "F64": np.float64, "I64": np.int64}

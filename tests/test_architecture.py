@@ -16,10 +16,9 @@ FOLDERS = {"harness": "", "engines": "engines.", "learners": "learners.", "repor
 
 _LAYOUTS = {
     "layouts", "kernels", "statistics", "atomic", "errors", "escaping", "numbers", "reading",
-    "stored", "notebook", "plugins",
-    "progress",
+    "stored", "notebook", "plugins", "progress", "config",
 }  # fmt: skip
-_METHODS = {"methods", "engines", "bearing", "time_limit", "config", *_LAYOUTS}
+_METHODS = {"methods", "engines", "bearing", "time_limit", *_LAYOUTS}
 _RUNS = {"runs", *_METHODS}
 _LIBRARIES = {"labelling", "compilation", "tuning", "properties", "learners", "transport", *_RUNS}
 
@@ -370,7 +369,6 @@ FREE = {
     "engines.reference.compiled": "the source of the program",
     "kernels.compiled": "the source of the program",
     "learners.compiled": "the source of the program",
-    "properties.findings": "a file of the package",
     "runs.provenance": "the source of the program, and the kind of processor",
     "engines.checks.protocol": "the memory of this process",
     "studies.scale.measuring": "the memory of this process",

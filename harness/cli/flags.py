@@ -26,7 +26,6 @@ from steadyload.config import (
     OPERAND,
     READ,
     choices_of,
-    made_of,
     number_of,
     numbers_allowed,
 )
@@ -220,7 +219,12 @@ def parsed(name: str, config: type[T], about: str, words: Sequence[str]) -> T | 
     values = {key: flags[key].value(value) for key, value in found.items()}
     if FIELD in values:
         values = read_config(values[FIELD], config) | values
-    return made_of(config, values, name, UsageError)
+    try:
+        return config(**values)
+    except UserError:
+        raise
+    except ValueError as error:
+        raise UsageError(f"{name}: {error}") from None
 
 
 def _near(word: str, known: Sequence[str]) -> str:

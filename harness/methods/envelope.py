@@ -17,8 +17,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import cache
-from importlib import resources
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -27,6 +25,7 @@ from steadyload.layouts.model.contacts import Contacts, find_contacts
 from steadyload.layouts.model.frame import Frame
 from steadyload.layouts.model.layout import Layout
 from steadyload.methods.contract.method import Method
+from steadyload.reading import own_file
 from steadyload.stored import REMEDY, StoredFileError, stored_object
 
 ENVELOPES = "envelopes.json"
@@ -102,7 +101,7 @@ def envelopes(*, at_rest: bool = False) -> Mapping[str, tuple[tuple[float | None
     Args:
         at_rest: nothing may move by 1 mm or half a degree, instead of a label's thresholds.
     """
-    file = Path(str(resources.files("steadyload.methods"))) / ENVELOPES
+    file = own_file("steadyload.methods", ENVELOPES)
     which = "rests" if at_rest else "holds"
     found = stored_object(file, REMEDY)
     try:

@@ -10,13 +10,12 @@ from __future__ import annotations
 import dataclasses
 import importlib.metadata
 import logging
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cache
-from importlib import resources
 from typing import Any
 
+from steadyload import config
 from steadyload.engines.registry import capabilities, engines
 from steadyload.errors import nearest
 from steadyload.escaping import shown
@@ -32,6 +31,7 @@ from steadyload.methods.contract.spec import (
 )
 from steadyload.methods.tuned import TUNED, tuned, tuned_name
 from steadyload.plugins import OWN, PluginError, faulty, loaded
+from steadyload.reading import own_file, toml_of
 
 _log = logging.getLogger("steadyload")
 
@@ -64,7 +64,7 @@ class Preset:
     method: str
     title: str
     source: str
-    parameters: Mapping[str, Any]
+    parameters: Mapping[str, Any] = field(default_factory=dict)
     by_engine: Mapping[str, Mapping[str, Any]] | None = None
     of_question: Mapping[str, Mapping[str, Mapping[str, Any]]] = field(default_factory=dict)
     questions: tuple[Question, ...] = ()
@@ -99,16 +99,11 @@ def presets() -> Mapping[str, Preset]:
 
 @cache
 def _stated() -> dict[str, Preset]:
-    text = (
-        resources.files("steadyload.methods").joinpath("presets.toml").read_text(encoding="utf-8")
-    )
+    file = own_file("steadyload.methods", "presets.toml")
     return {
-        name: Preset(
-            name, t["method"], t["title"], t["source"], t.get("parameters", {}),
-            questions=tuple(map(Question, t.get("questions", ()))),
-        )
-        for name, t in tomllib.loads(text).items()
-    }  # fmt: skip
+        name: config.bind(Preset, table, f"{file}: {name}", SpecError, name=name)
+        for name, table in toml_of(file, SpecError).items()
+    }
 
 
 def _tuned() -> dict[str, Preset]:

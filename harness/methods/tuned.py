@@ -11,19 +11,19 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
 from steadyload.atomic import write_atomically
 from steadyload.engines.registry import engines_here
 from steadyload.layouts.model.question import Question, with_question
+from steadyload.reading import own_file
 from steadyload.stored import REMEDY, StoredFileError, stored_object
 
 TUNED = "ps_opt"
 """Name of the tuned preset; it exists before anything was tuned, and then on no engine."""
 
-FILE = Path(str(resources.files("steadyload.methods"))) / "tuned.json"
+FILE = own_file("steadyload.methods", "tuned.json")
 """Where searches write to, and presets are read from."""
 
 

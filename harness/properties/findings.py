@@ -6,15 +6,16 @@ strict: one whose counterexample passes has to go.
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
-from importlib import resources
 
+from steadyload.config import bind
 from steadyload.layouts.files.record import Record, to_layout
 from steadyload.layouts.readers import read_json
+from steadyload.properties import PropertyError
 from steadyload.properties.property import Case
+from steadyload.reading import MAX_STORED_BYTES, content_of, own_file, toml_of
 
 MOST_PER_ENGINE = 3
 """An engine with more counterexamples is one to mend, or not to use."""
@@ -37,23 +38,18 @@ class KnownFinding:
 @cache
 def known_findings() -> tuple[KnownFinding, ...]:
     """All declared findings."""
-    folder = resources.files("steadyload.properties")
-    tables = tomllib.loads(folder.joinpath("findings.toml").read_text(encoding="utf-8")).get(
-        "finding", []
-    )
-    found = []
-    for table in tables:
-        # Extremes, whose units nobody doubts.
-        content = folder.joinpath("counterexamples", table["layout"]).read_bytes()
-        (record,) = read_json([content])
-        assert isinstance(record, Record), "a counterexample is a valid layout"
-        layout = to_layout(record)
-        change: Mapping[str, float] = table.get("change", {})
-        case = Case(layout, dict(change))
-        found.append(
-            KnownFinding(table["property"], table["method"], table["found"], table["why"], case)
-        )
-    return tuple(found)
+    tables = toml_of(own_file("steadyload.properties", "findings.toml"), PropertyError)
+    return tuple(_finding(**table) for table in tables["finding"])
+
+
+def _finding(layout: str, change: Mapping[str, float] | None = None, **table: str) -> KnownFinding:
+    """A finding of its table, and of the layout file that the table names."""
+    file = own_file("steadyload.properties", "counterexamples") / layout
+    # Extremes, whose units nobody doubts.
+    (record,) = read_json([content_of(file, MAX_STORED_BYTES)])
+    assert isinstance(record, Record), "a counterexample is a valid layout"
+    case = Case(to_layout(record), dict(change or {}))
+    return bind(KnownFinding, table, f"finding {layout}", PropertyError, case=case)
 
 
 def finding(property_name: str, spec: str) -> KnownFinding | None:

@@ -6,18 +6,19 @@ import glob
 import logging
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, fields
-from importlib import resources
+from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
 from typing import Any
 
+from steadyload.config import REQUIRED, option, refuse_missing, values_of
 from steadyload.engines.registry import absent_engines
 from steadyload.errors import UserError, nearest
+from steadyload.escaping import shown
 from steadyload.layouts.benchmark import Part
 from steadyload.layouts.benchmark.dataset import set_named
 from steadyload.layouts.files.dialect import Dialect, DialectError, load_profile
-from steadyload.layouts.files.record import Refused, shown
+from steadyload.layouts.files.record import Refused
 from steadyload.layouts.formats import Reading, scan_layouts
 from steadyload.layouts.model.floor import FloorKind
 from steadyload.layouts.model.layout import Layout, LayoutError
@@ -25,12 +26,10 @@ from steadyload.layouts.model.scenarios import Scenario, apply_scenario
 from steadyload.layouts.packing.packing import drawn_layouts
 from steadyload.methods.contract.spec import SpecError, parse_spec
 from steadyload.methods.registry import make_method
-from steadyload.reading import toml_of
+from steadyload.numbers import NumberError, seconds_allowed
+from steadyload.reading import own_file, toml_of
 
 _log = logging.getLogger("steadyload")
-
-_MOST = 2**63 - 1
-"""Of a whole number: what libraries count with."""
 
 AS_GIVEN = "as given"
 """Scenario of layouts that keep the centres of mass of their files."""
@@ -43,70 +42,78 @@ class StudyError(UserError):
     """A study definition that cannot be run; says which key and what is allowed."""
 
 
+def _study_name(text: str) -> str:
+    if not re.fullmatch(r"\w[\w .+-]*", text):
+        raise ValueError(f"{shown(text)}; allowed: letters, digits, and any of _ . + -")
+    return text
+
+
 @dataclass(frozen=True, slots=True)
 class StudyDefinition:
     """The methods and cases that a study compares.
 
-    Attributes:
-        name: for people.
-        methods: spec strings, each once; kept in their canonical form.
-        files: layout files, absolute.
-        generated: this many generated layouts after those of the files, drawn with the seed.
-        scenarios: scenarios to apply; empty keeps the centres of mass as given.
-        seed: root of every random draw, 0 or more.
-        max_items: judge only the first items of a layout; None for all.
-        limit: use only the first layouts; None for all.
-        snap_gap: vertical gaps to close when reading [cm].
-        dialect: units, axes, positions and columns of the files, which are then CSV files.
-        strict: end at the first layout that is not valid; else it is left out.
-        overhang: how far items may stand out over the edges of the deck [cm]; None for what a file
-            states, or else 10.
-        floor: what the layouts stand on; None for what a file states, or else ``auto``.
-        repetitions: judgements of every case, for timing.
-        shard_size: cases a unit of work.
-        timeout: CPU seconds a judgement may take; None for no limit.
-        benchmark: the part of a labelled set whose cases are judged, or its name; None for layouts
-            without labels. The set has its own layouts and centres of mass: ``scenarios`` picks
-            among them (empty for all) and ``limit`` counts cases a scenario, those of the first
-            ranks.
-        benchmark_directory: the folder of the labelled set, or a word of
-            :data:`steadyload.layouts.benchmark.dataset.SETS` as a text; None for the large set that
-            comes with the package.
-
     Raises:
         SpecError: no such method, engine or parameter.
+        NumberError: the timeout is no limit on a time.
         StudyError: no such part, or an option that cannot be combined with a labelled set.
     """
 
-    name: str
-    methods: tuple[str, ...]
-    files: tuple[Path, ...] = ()
-    generated: int = 0
-    scenarios: tuple[Scenario, ...] = ()
-    seed: int = 0
-    max_items: int | None = None
-    limit: int | None = None
-    snap_gap: float = 0.0
-    overhang: float | None = None
-    floor: FloorKind | None = None
-    repetitions: int = 1
-    shard_size: int = 12
-    timeout: float | None = None
-    benchmark: Part | str | None = None
-    benchmark_directory: Path | str | None = None
-    dialect: Dialect = Dialect()
-    strict: bool = False
+    name: str = option(REQUIRED, "for people", read=_study_name)
+    methods: tuple[str, ...] = option(
+        REQUIRED, "spec strings, each once; kept in their canonical form", fewest=1
+    )
+    files: tuple[Path, ...] = option((), "layout files, absolute")
+    generated: int = option(
+        0, "so many generated layouts after those of the files, drawn with the seed", least=1
+    )
+    scenarios: tuple[Scenario, ...] = option(
+        (), "scenarios to apply; empty keeps the centres of mass as given", fewest=1
+    )
+    seed: int = option(0, "root of every random draw", least=0)
+    max_items: int | None = option(
+        None, "judge only the first items of a layout; None for all", least=1
+    )
+    limit: int | None = option(None, "use only the first layouts; None for all", least=1)
+    snap_gap: float = option(
+        0.0, "vertical gaps to close when reading", unit="cm", least=0, most=1e6
+    )
+    overhang: float | int | None = option(
+        None, "how far items may stand out over the edges of the deck; None for what a file "
+        "states, or else 10", unit="cm", least=0, most=1e5,
+    )  # fmt: skip
+    floor: FloorKind | None = option(
+        None, "what the layouts stand on; None for what a file states, or else auto"
+    )
+    repetitions: int = option(1, "judgements of every case, for timing", least=1)
+    shard_size: int = option(12, "cases a unit of work", least=1)
+    timeout: float | int | None = option(
+        None, "CPU time that a judgement may take; None for no limit", unit="s"
+    )
+    benchmark: Part | str | None = option(
+        None, "the part of a labelled set whose cases are judged, or its name; None for layouts "
+        "without labels. The set has its own layouts and centres of mass: scenarios picks among "
+        "them (empty for all) and limit counts cases a scenario, those of the first ranks",
+    )  # fmt: skip
+    benchmark_directory: Path | str | None = option(
+        None, "the folder of the labelled set, or a word of its SETS as a text; None for the "
+        "large set that comes with the package",
+    )  # fmt: skip
+    dialect: Dialect = option(
+        Dialect(), "units, axes, positions and columns of the files, which are then CSV files"
+    )
+    strict: bool = option(False, "end at the first layout that is not valid; else it is left out")
 
     def __post_init__(self) -> None:
         methods = tuple(str(make_method(spec).spec) for spec in self.methods)
         object.__setattr__(self, "methods", methods)
+        seconds_allowed(self.timeout)
         if self.benchmark is None:
             if self.benchmark_directory is not None:
                 raise StudyError('benchmark_directory needs a part: benchmark = "test"')
             return
         if self.benchmark not in list(Part):
             raise StudyError(
-                f"benchmark: {shown(self.benchmark)}; {nearest(str(self.benchmark), list(Part))}"
+                f"benchmark is {shown(self.benchmark)}; {nearest(str(self.benchmark), list(Part))}"
             )
         object.__setattr__(self, "benchmark", Part(self.benchmark))
         own = "a labelled set has its own layouts and centres of mass"
@@ -200,15 +207,20 @@ def load_study(source: str | Path) -> StudyDefinition:
         OSError: the file cannot be read.
     """
     if str(source) == EMBEDDED:
-        path = Path(str(resources.files("steadyload.runs.embedded") / "study.toml"))
+        path = own_file("steadyload.runs.embedded", "study.toml")
     else:
         path = Path(source)
-    content = toml_of(path, StudyError)
+    content = {"name": path.stem, **toml_of(path, StudyError)}
+    if str(source) == EMBEDDED:
+        content["methods"] = _had_here(content["methods"])
+    stated = values_of(
+        StudyDefinition, content, str(path), StudyError,
+        apart=("files", "dialect"), beside=(_Named,),
+    )  # fmt: skip
+    refuse_missing(StudyDefinition, stated, str(path), StudyError)
     try:
-        if str(source) == EMBEDDED:
-            content["methods"] = _had_here(content["methods"])
-        return _definition(content, path)
-    except (StudyError, SpecError, DialectError) as error:
+        return _definition(stated, path.parent)
+    except (StudyError, SpecError, DialectError, NumberError) as error:
         raise StudyError(f"{path}: {error}") from None
 
 
@@ -223,97 +235,50 @@ def _had_here(methods: Sequence[str]) -> list[str]:
     return kept
 
 
-def _definition(content: dict[str, Any], path: Path) -> StudyDefinition:
-    known = {f.name for f in fields(StudyDefinition)} - {"files", "dialect"}
-    known |= {"layouts", "profile"}
-    for key in content:
-        if key not in known:
-            raise StudyError(f"unknown key {shown(key)}; {nearest(key, known)}")
-    methods: list[str] = []
+@dataclass(frozen=True)
+class _Named:
+    """Keys of a study file that name files, relative to its folder."""
+
+    layouts: tuple[str, ...] = option((), "layout files, or patterns of them", fewest=1)
+    profile: Path | None = option(None, "TOML file of a dialect")
+    benchmark_directory: str | None = option(None, "folder of a labelled set, or its word")
+
+
+def _definition(stated: dict[str, Any], folder: Path) -> StudyDefinition:
+    """The study of the values of its file, and of the files that these name."""
+    if not {"layouts", "generated", "benchmark", "benchmark_directory"} & stated.keys():
+        raise StudyError(
+            "layouts is missing; allowed: a list of files, or generated = a number, or "
+            "benchmark = a part of the labelled set"
+        )
+    stated["methods"] = _distinct(stated["methods"])
+    stated["files"] = _matched(stated.pop("layouts", ()), folder)
+    stated["scenarios"] = tuple(dict.fromkeys(stated.get("scenarios", ())))
+    stated["benchmark_directory"] = set_named(stated.get("benchmark_directory"), folder)
+    if (profile := stated.pop("profile", None)) is not None:
+        stated["dialect"] = load_profile(folder / profile)
+    return StudyDefinition(**stated)
+
+
+def _distinct(methods: Sequence[str]) -> tuple[str, ...]:
+    """Specs in their canonical form, each method once."""
     seen: dict[object, str] = {}
-    for text in _texts(content, "methods"):
+    for text in methods:
         method = make_method(text)
         spec = str(method.spec)
         identity = (type(method), method.spec.engine, method.parameters)
         if identity in seen:
             raise StudyError(f"methods: {spec!r} is the same as {seen[identity]!r}; name it once")
         seen[identity] = spec
-        methods.append(spec)
+    return tuple(seen.values())
+
+
+def _matched(patterns: Sequence[str], folder: Path) -> tuple[Path, ...]:
+    """The files of patterns, each once."""
     files: list[Path] = []
-    if not {"layouts", "generated", "benchmark", "benchmark_directory"} & set(content):
-        raise StudyError(
-            "layouts is missing; allowed: a list of files, or generated = a number, or "
-            "benchmark = a part of the labelled set"
-        )
-    for pattern in _texts(content, "layouts") if "layouts" in content else []:
-        found = sorted(glob.glob(str(path.parent / pattern), recursive=True))
+    for pattern in patterns:
+        found = sorted(glob.glob(str(folder / pattern), recursive=True))
         if not found:
             raise StudyError(f"layouts: {shown(pattern)} matches no file")
         files += [Path(name).resolve() for name in found]
-    scenarios = _texts(content, "scenarios") if "scenarios" in content else []
-    for scenario in scenarios:
-        if scenario not in list(Scenario):
-            raise StudyError(f"scenarios: {shown(scenario)}; {nearest(scenario, [*Scenario])}")
-    numbers = {
-        key: _whole(content[key], key, least)
-        for key, least in (
-            ("generated", 1), ("seed", 0), ("max_items", 1), ("limit", 1), ("repetitions", 1),
-            ("shard_size", 1),
-        )
-        if key in content
-    }  # fmt: skip
-    snap_gap = content.get("snap_gap", 0.0)
-    if type(snap_gap) not in (int, float) or not 0.0 <= snap_gap < 1e6:
-        raise StudyError(f"snap_gap is {shown(snap_gap)}; allowed: 0 or more [cm]")
-    overhang = content.get("overhang")
-    if overhang is not None and (type(overhang) not in (int, float) or not 0.0 <= overhang < 1e5):
-        raise StudyError(f"overhang is {shown(overhang)}; allowed: 0 or more [cm]")
-    floor = content.get("floor")
-    if floor is not None and floor not in list(FloorKind):
-        raise StudyError(f"floor is {shown(floor)}; {nearest(str(floor), [*FloorKind])}")
-    benchmark, folder = content.get("benchmark"), content.get("benchmark_directory")
-    if folder is not None and not (isinstance(folder, str) and folder):
-        raise StudyError(f"benchmark_directory is {shown(folder)}; allowed: the path of a folder")
-    profile, strict = content.get("profile"), content.get("strict", False)
-    if profile is not None and not (isinstance(profile, str) and profile):
-        raise StudyError(f"profile is {shown(profile)}; allowed: the path of a TOML file")
-    if not isinstance(strict, bool):
-        raise StudyError(f"strict is {shown(strict)}; allowed: true or false")
-    timeout = content.get("timeout")
-    if timeout is not None and (type(timeout) not in (int, float) or not 0.0 < timeout < 1e9):
-        raise StudyError(f"timeout is {shown(timeout)}; allowed: more than 0 [s]")
-    name = content.get("name", path.stem)
-    if not isinstance(name, str) or not re.fullmatch(r"\w[\w .+-]*", name):
-        raise StudyError(f"name is {shown(name)}; allowed: letters, digits, and any of _ . + -")
-    return StudyDefinition(
-        name=name,
-        methods=tuple(methods),
-        files=tuple(dict.fromkeys(files)),
-        scenarios=tuple(Scenario(s) for s in dict.fromkeys(scenarios)),
-        snap_gap=float(snap_gap),
-        overhang=overhang,
-        floor=None if floor is None else FloorKind(floor),
-        timeout=timeout,
-        benchmark=benchmark,
-        benchmark_directory=set_named(folder, path.parent),
-        dialect=Dialect() if profile is None else load_profile(path.parent / profile),
-        strict=strict,
-        **numbers,
-    )
-
-
-def _texts(content: dict[str, Any], key: str) -> list[str]:
-    if key not in content:
-        raise StudyError(f"{key} is missing; allowed: a list of one or more texts")
-    value = content[key]
-    if not (isinstance(value, list) and value and all(isinstance(v, str) for v in value)):
-        raise StudyError(f"{key} is {shown(value)}; allowed: a list of one or more texts")
-    return value
-
-
-def _whole(value: Any, key: str, least: int) -> int:
-    if type(value) is not int or value < least:
-        raise StudyError(f"{key} is {shown(value)}; allowed: a whole number, {least} or more")
-    if value > _MOST:
-        raise StudyError(f"{key} is {shown(value)}; allowed: a whole number of at most {_MOST}")
-    return value
+    return tuple(dict.fromkeys(files))

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
-from importlib import resources
 
+from steadyload.config import ConfigError, bind
 from steadyload.methods.naming import MethodKey
+from steadyload.reading import own_file, toml_of
 from steadyload.runs.evaluation import ALL
 
 
@@ -23,9 +23,9 @@ class PaperRow:
 
     title: str
     families: tuple[str, ...]
-    namesakes: tuple[str, ...]
     accuracy: Mapping[str, float]
     runtime: Mapping[str, float]
+    namesakes: tuple[str, ...] = ()
 
     @property
     def runtime_mean(self) -> float:
@@ -62,21 +62,8 @@ class Paper:
 @cache
 def paper() -> Paper:
     """The paper's own numbers, from ``paper.toml``; accuracies as shares."""
-    content = tomllib.loads(
-        (resources.files(__package__) / "paper.toml").read_text(encoding="utf-8")
-    )
-    return Paper(
-        source=content["source"],
-        cases=content["cases"],
-        machine=content["machine"],
-        rows=tuple(
-            PaperRow(
-                title=entry["title"],
-                families=tuple(entry["families"]),
-                namesakes=tuple(entry.get("namesakes", ())),
-                accuracy={group: value / 100.0 for group, value in entry["accuracy"].items()},
-                runtime=entry["runtime"],
-            )
-            for entry in content["method"]
-        ),
-    )
+    file = own_file("steadyload.runs", "paper.toml")
+    content = toml_of(file, ConfigError)
+    for row in content["rows"]:
+        row["accuracy"] = {group: value / 100.0 for group, value in row["accuracy"].items()}
+    return bind(Paper, content, str(file))

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
-from importlib import resources
 from typing import Any
 
 import numpy as np
@@ -22,6 +20,7 @@ from steadyload.methods.simulation.simulation_parameters import (
     SimulationParameters,
     parameters_on,
 )
+from steadyload.reading import own_file, toml_of
 from steadyload.tuning import TuningError
 
 DEFAULT = "extended"
@@ -241,6 +240,4 @@ def _whole(table: Mapping[str, Any]) -> Mapping[str, Any]:
 
 @cache
 def _data() -> dict[str, Any]:
-    return tomllib.loads(
-        resources.files("steadyload.tuning").joinpath("spaces.toml").read_text(encoding="utf-8")
-    )
+    return toml_of(own_file("steadyload.tuning", "spaces.toml"), TuningError)

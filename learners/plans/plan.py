@@ -7,9 +7,12 @@ from dataclasses import dataclass, field, fields, replace
 from enum import StrEnum
 from typing import Any
 
-from steadyload.layouts.benchmark import Part
+from steadyload.config import option
+from steadyload.layouts.benchmark import UNLEARNT, Part
+from steadyload.learners import LearnerError
 from steadyload.learners.generation import GenerationOptions
 from steadyload.learners.jobs import BENCHMARK
+from steadyload.learners.options import options_from, training_preset
 
 
 class Section(StrEnum):
@@ -45,14 +48,20 @@ class PlannedTraining:
     preset: str = "quick"
     options: Mapping[str, Any] = field(default_factory=dict)
     data: tuple[str, ...] = (BENCHMARK,)
-    seeds: tuple[int, ...] = (0,)
-    members: int = 1
-    left_out: float = 0.0
-    limit: int | None = None
-    lists: int | None = None
+    seeds: tuple[int, ...] = option((0,), "one training each", least=0, fewest=1)
+    members: int = option(1, "networks", least=0)
+    left_out: float | int = option(0.0, "share of item lists", least=0)
+    limit: int | None = option(None, "cases a scenario", least=0)
+    lists: int | None = option(None, "item lists", least=0)
     start: str = ""
     leaky: bool = False
-    budget: float = 86400.0
+    budget: float | int = option(86400.0, "of wall time", unit="s", least=0)
+
+    def __post_init__(self) -> None:
+        training_preset(self.preset)
+        options_from(self.options, where="options")
+        if "seed" in self.options or len(set(self.seeds)) < len(self.seeds):
+            raise LearnerError("seeds are a list of their own; allowed: each of them once")
 
 
 @dataclass(frozen=True)
@@ -71,9 +80,9 @@ class TablePlan:
     methods: tuple[str, ...]
     trainings: tuple[str, ...] = ()
     held: str = "lstm_e"
-    timed: int = 300
-    repeats: int = 5
-    batches: tuple[int, ...] = (8, 32, 64, 128, 256, 512)
+    timed: int = option(300, "cases that are timed", least=0)
+    repeats: int = option(5, "of the timing", least=0)
+    batches: tuple[int, ...] = option((8, 32, 64, 128, 256, 512), "batch sizes", least=0)
 
 
 @dataclass(frozen=True)
@@ -111,7 +120,7 @@ class ForeignPlan:
 
     judges: tuple[str, ...]
     others: tuple[str, ...]
-    max_items: int = 20
+    max_items: int = option(20, "first items that are judged", least=0)
 
 
 @dataclass(frozen=True)
@@ -124,9 +133,9 @@ class Plan:
         trainings: by name.
     """
 
-    part: Part
-    sets: Mapping[str, GenerationOptions]
-    trainings: Mapping[str, PlannedTraining]
+    part: Part = option(Part.TEST, "of the labelled set", choices=UNLEARNT)
+    sets: Mapping[str, GenerationOptions] = field(default_factory=dict)
+    trainings: Mapping[str, PlannedTraining] = field(default_factory=dict)
     table: TablePlan | None = None
     size: tuple[Curve, ...] = ()
     sources: Contrast | None = None

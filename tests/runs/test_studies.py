@@ -248,15 +248,15 @@ def _alive(pid):
         (("seed = 3", "sead = 3"), "unknown key 'sead'; did you mean 'seed'?"),
         (("seed = 3", "seed = -1"), "seed is -1; allowed: a whole number, 0 or more"),
         (("seed = 3", "seed = true"), "seed is True"),
-        (('"S2b"', '"S3"'), "scenarios: 'S3'"),
+        (('"S2b"', '"S3"'), "scenarios[1] is 'S3'; allowed: S1, S2a, S2b"),
         (("layouts.json", "nothing-*.json"), "matches no file"),
         (('["fbs", ', '["fbs", "fbs", '), "methods: 'fbs' is the same as 'fbs'; name it once"),
         (('["fbs", ', '["pbs0.5", "pbs:alpha=0.5", '), "is the same as 'pbs0.5'"),
         (("layouts = ", "layout_files = "), "unknown key 'layout_files'"),
         (('name = "small"', "name = "), "not valid TOML"),
-        (("seed = 3", "overhang = -1"), "overhang is -1; allowed: 0 or more [cm]"),
+        (("seed = 3", "overhang = -1"), "overhang is -1; allowed: a number, 0 to 100000 [cm]"),
         (("seed = 3", 'floor = "desk"'), "floor is 'desk'; did you mean 'deck'?"),
-        (('methods = ["fbs"', 'methods = [3, "fbs"'), "allowed: a list of one or more texts"),
+        (('methods = ["fbs"', 'methods = [3, "fbs"'), "methods[0] is 3; allowed: a text"),
     ],
 )
 def test_a_wrong_definition_is_refused(study_file, change, message):

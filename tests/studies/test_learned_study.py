@@ -373,7 +373,7 @@ def test_only_what_was_asked_is_made_and_shown(tmp_path, capsys, learned, in_thi
         (('data = ["rule"]', 'data = ["rules"]'), "data 'rules'; did you mean 'rule'"),
         (('held = "lstm_1"', 'held = "lstm_e"'), "held is 'lstm_e'"),
         (("repeats = 2", "repeats = -2"), "repeats is -2; allowed: a whole number, 0 or more"),
-        (("seeds = [0, 1]", "seeds = [0, 0]"), "each once"),
+        (("seeds = [0, 1]", "seeds = [0, 0]"), "allowed: each of them once"),
         (('label = "sme"', 'label = "smee"'), "unknown method 'smee'"),
         (('baseline = "small"', 'baseline = "smal"'), "training 'smal'; did you mean 'small'"),
         (("part", "part]"), "not valid TOML"),

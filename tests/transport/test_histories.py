@@ -117,20 +117,35 @@ def test_a_rule_of_ones_own_comes_from_a_file(tmp_path):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ("levels = { up = 0.3 }", "side 'up'"),
+        ("levels = { up = 0.3 }", r"levels\[up\] is 'up'; allowed: backwards, forwards, sideways"),
         ("levels = { forwards = 0.3 }\nspeed = 3", "unknown key 'speed'"),
         ("levels = { forwards = 0.3 }\ndisplacement_share = 0.1", "just one"),
-        ("levels = { forwards = 0.3 }\nrise = -1", "rise is -1; allowed: 0 to 1000"),
+        (
+            "levels = { forwards = 0.3 }\nrise = -1",
+            r"rise is -1; allowed: a number, 0 to 1,000 \[s\]",
+        ),
         ("levels = { forwards = 0.3 }\nrise = 700", "a history of 701 s; allowed: up to 600"),
-        ('levels = { forwards = "0.5" }', "level forwards is '0.5'; allowed: 0 to 20"),
-        ("levels = { forwards = nan }", "level forwards is nan; allowed: 0 to 20"),
-        ('levels = ["forwards"]', r"levels is \['forwards'\]; allowed: accelerations"),
-        ("levels = {}", "levels is {}; allowed: accelerations"),
-        ("levels = { forwards = 0.3 }\nrotation = 0", "rotation is 0; allowed: 0.1 to 1000"),
-        ("levels = { forwards = 0.3 }\ntitle = 3", "title of a rule is 3; allowed: a printable"),
+        (
+            'levels = { forwards = "0.5" }',
+            r"levels\[forwards\] is '0.5'; allowed: a number, 0 to 20 \[g\]",
+        ),
+        (
+            "levels = { forwards = nan }",
+            r"levels\[forwards\] is nan; allowed: a number, 0 to 20 \[g\]",
+        ),
+        ('levels = ["forwards"]', r"levels is \['forwards'\]; allowed: one value or more by"),
+        (
+            "levels = {}",
+            "levels is {}; allowed: one value or more by backwards, forwards, sideways",
+        ),
+        (
+            "levels = { forwards = 0.3 }\nrotation = 0",
+            r"rotation is 0; allowed: a number, 0.1 to 1,000 \[degrees\]",
+        ),
+        ("levels = { forwards = 0.3 }\ntitle = 3", "title is 3; allowed: a text"),
         ('levels = { forwards = 0.3 }\n"\\u0007" = 3', r"unknown key '\\x07'"),
         ("levels = { forwards = " + "[" * 5000, "not valid TOML"),
-        ("levels = { forwards = 0.3 }\ntilted = 1", "tilted is 1; allowed: true, false"),
+        ("levels = { forwards = 0.3 }\ntilted = 1", "tilted is 1; allowed: true or false"),
     ],
 )
 def test_a_rule_that_cannot_be_is_refused(tmp_path, change, message):

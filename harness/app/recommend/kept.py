@@ -5,14 +5,13 @@ from __future__ import annotations
 import dataclasses
 from bisect import bisect_left
 from collections.abc import Iterable, Mapping
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
 from steadyload.app.recommend.front import SIZES, Front, FrontError, Measured
 from steadyload.atomic import manifest_text, verified_manifest, write_atomically
 from steadyload.layouts.model.question import Question
-from steadyload.reading import MAX_STORED_BYTES, TooLargeError, content_of, json_of
+from steadyload.reading import MAX_STORED_BYTES, TooLargeError, content_of, json_of, own_file
 from steadyload.statistics.error_costs import ErrorShares
 from steadyload.statistics.estimate import Estimate
 
@@ -23,7 +22,7 @@ SPATIAL = "spatial"
 NAME = "fronts.json"
 """The file in a work folder that holds its fronts, where there was a timing pass."""
 
-FILE = Path(str(resources.files("steadyload.app.recommend"))) / NAME
+FILE = own_file("steadyload.app.recommend", NAME)
 """The measurements that come with the package."""
 
 _TEXTS = ("part", "study", "times")

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cached_property, lru_cache
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +28,7 @@ from steadyload.layouts.model.batch_checks import Pallets
 from steadyload.layouts.model.layout import FloatArray, Layout, LayoutError, Pallet
 from steadyload.layouts.model.question import Question
 from steadyload.layouts.model.scenarios import Scenario
-from steadyload.reading import MAX_STORED_BYTES, content_of
+from steadyload.reading import MAX_STORED_BYTES, content_of, own_file
 
 KEYS = ["layout", "scenario"]
 """What names a case."""
@@ -37,7 +36,7 @@ KEYS = ["layout", "scenario"]
 PAPER_SIZE = 300
 """Cases a scenario in the paper's test set; the first ranks of ``test`` are such a set."""
 
-_PACKAGE = Path(str(resources.files("steadyload.layouts.benchmark")))
+_PACKAGE = own_file("steadyload.layouts.benchmark")
 
 SHIPPED = _PACKAGE / "data"
 """The folder of the set that comes with the package."""

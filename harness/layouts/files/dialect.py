@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
+from steadyload.config import bind, check, option, values_of
 from steadyload.errors import UserError, nearest
 from steadyload.layouts.files.limits import MAX_TEXT_LENGTH
 from steadyload.layouts.files.record import shown
@@ -49,14 +50,9 @@ class Dialect:
     """Form of a CSV file. The separator of columns and the decimal mark are told by the file.
 
     Args:
-        units: of lengths, a key of :data:`UNITS`.
-        weight: unit of weights, a key of :data:`WEIGHT_UNITS`.
-        up: the axis that points up. With ``z`` the file's x, y, z become our z, x, y, which turns
-            the layout and does not mirror it.
-        positions: the point of a box whose x, y, z are given: its corner with the smallest
-            coordinates, or its geometric centre.
+        up: With ``z`` the file's x, y, z become our z, x, y, which turns the layout and does not
+            mirror it.
         columns: the file's own names of columns, by the word of :data:`WORDS` that each stands for.
-        other_columns: ``ignore`` leaves out columns that are not known.
         order: ``from-1`` says that the column ``sequence`` counts from 1 and not from 0; ``rows``
             takes the order of a layout's rows for that of loading, where there is no such column.
         pallet: sides of all pallets along the file's x, y and z, in its unit, such as
@@ -66,22 +62,22 @@ class Dialect:
         DialectError: a value is not allowed.
     """
 
-    units: str = "cm"
-    weight: str = "kg"
-    up: str = "y"
-    positions: str = "corner"
+    units: str = option("cm", "of lengths", choices=UNITS)
+    weight: str = option("kg", "unit of weights", choices=WEIGHT_UNITS)
+    up: str = option("y", "the axis that points up", choices=UPWARD)
+    positions: str = option(
+        "corner", "the point of a box whose x, y, z are given: its corner with the smallest "
+        "coordinates, or its geometric centre", choices=POSITIONS,
+    )  # fmt: skip
     columns: Mapping[str, str] = field(default_factory=dict)
-    other_columns: str = "refuse"
-    order: str = "column"
+    other_columns: str = option(
+        "refuse", "what becomes of columns that are not known", choices=OTHER_COLUMNS
+    )
+    order: str = option("column", "what states the order of loading", choices=ORDERS)
     pallet: str = ""
 
     def __post_init__(self) -> None:
-        for key, allowed in CHOICES.items():
-            value = getattr(self, key)
-            if not isinstance(value, str) or value not in allowed:
-                raise DialectError(f"{key} is {shown(value)}; {nearest(_text(value), allowed)}")
-        if not isinstance(self.columns, Mapping):
-            raise DialectError(f"columns is {shown(self.columns)}; allowed: names by word")
+        check(self, "dialect", DialectError)
         object.__setattr__(self, "columns", _checked(self.columns))
         if self.pallet != "":
             sides_of(self.pallet)
@@ -101,21 +97,9 @@ class Dialect:
         Raises:
             DialectError: a key or value is not allowed.
         """
-        known = {f.name: getattr(self, f.name) for f in fields(self)}
-        for key in changes:
-            if key not in known:
-                raise DialectError(f"unknown key {shown(key)}; {nearest(_text(key), known)}")
-        made = {**known, **changes}
-        if isinstance(made["columns"], Mapping):
-            made["columns"] = {**self.columns, **_words(made["columns"])}
-        return Dialect(**made)
-
-
-CHOICES = {
-    "units": UNITS, "weight": WEIGHT_UNITS, "up": UPWARD, "positions": POSITIONS,
-    "other_columns": OTHER_COLUMNS, "order": ORDERS,
-}  # fmt: skip
-"""Allowed words of the keys that have some."""
+        made = values_of(Dialect, changes, "dialect", DialectError)
+        columns = {**self.columns, **_words(made.pop("columns", {}))}
+        return replace(self, columns=columns, **made)
 
 
 def load_profile(path: str | Path) -> Dialect:
@@ -126,11 +110,7 @@ def load_profile(path: str | Path) -> Dialect:
         TooLargeError: it has too many bytes.
         OSError: the file cannot be read.
     """
-    content = toml_of(Path(path), DialectError)
-    try:
-        return Dialect().with_changes(content)
-    except DialectError as error:
-        raise DialectError(f"{path}: {error}") from None
+    return bind(Dialect, toml_of(Path(path), DialectError), str(path), DialectError)
 
 
 def sides_of(text: object) -> tuple[Decimal, Decimal, Decimal]:
@@ -165,15 +145,13 @@ def columns_of(text: str) -> dict[str, str]:
     return _checked(found)
 
 
-def _checked(columns: Mapping[Any, Any]) -> dict[str, str]:
+def _checked(columns: Mapping[str, str]) -> dict[str, str]:
     """Names of columns, each text once, by known words."""
     made: dict[str, str] = {}
     for word, name in _words(columns).items():
         if word not in WORDS:
-            raise DialectError(
-                f"columns: unknown word {shown(word)}; {nearest(_text(word), WORDS)}"
-            )
-        if not isinstance(name, str) or not 0 < len(name.strip()) <= MAX_TEXT_LENGTH:
+            raise DialectError(f"columns: unknown word {shown(word)}; {nearest(word, WORDS)}")
+        if not 0 < len(name.strip()) <= MAX_TEXT_LENGTH:
             raise DialectError(f"columns: {word} is {shown(name)}; allowed: the name of a column")
         if name.strip().casefold() in {other.casefold() for other in made.values()}:
             raise DialectError(
@@ -183,10 +161,6 @@ def _checked(columns: Mapping[Any, Any]) -> dict[str, str]:
     return made
 
 
-def _words(columns: Mapping[Any, Any]) -> dict[Any, Any]:
+def _words(columns: Mapping[str, str]) -> dict[str, str]:
     """The same with ``item``, the name that this column has where it is written, as ``id``."""
     return {"id" if word == "item" else word: name for word, name in columns.items()}
-
-
-def _text(value: object) -> str:
-    return str(value)[:MAX_TEXT_LENGTH]

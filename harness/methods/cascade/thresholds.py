@@ -11,7 +11,6 @@ import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -25,9 +24,9 @@ from steadyload.escaping import printable
 from steadyload.layouts.model.question import Question, with_question
 from steadyload.methods.contract.method import Method
 from steadyload.methods.contract.spec import SpecError, stored_values
-from steadyload.reading import MAX_STORED_BYTES, content_of, json_of
+from steadyload.reading import MAX_STORED_BYTES, content_of, json_of, own_file
 
-FILE = Path(str(resources.files("steadyload.methods"))) / "cascades.json"
+FILE = own_file("steadyload.methods", "cascades.json")
 """The thresholds that come with the package."""
 
 _LONGEST = 200

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
 from steadyload.atomic import clear_unfinished
+from steadyload.reading import own_file
 from steadyload.stored import REMEDY, StoredFileError, store_list, stored_list
 from steadyload.studies.speed.records import EarlierRun, SpeedRun
 
 FILE = "history.json"
 """Name of the history in the folder of the page."""
 
-FORMER = Path(str(resources.files("steadyload.studies.speed"))) / "former.json"
+FORMER = own_file("steadyload.studies.speed", "former.json")
 """Figures of versions that are no longer there, measured on the same layouts."""
 
 _RUNS = "runs"
