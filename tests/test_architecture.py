@@ -408,6 +408,11 @@ def test_no_file_is_read_past_the_reader():
     assert FREE.keys() <= opened.keys()
 
 
+def test_toml_is_parsed_in_one_place():
+    found = {name for name, path in modules().items() if "import tomllib" in path.read_text()}
+    assert found == {"reading"}
+
+
 def test_a_file_that_is_read_otherwise_is_found(tmp_path):
     path = tmp_path / "reads.py"
     path.write_text(

@@ -25,6 +25,7 @@ from steadyload.atomic import (
     verified_manifest,
     write_atomically,
 )
+from steadyload.config import bind
 from steadyload.engines.world import BroadPhase
 from steadyload.escaping import shown
 from steadyload.methods.contract.method import Effort
@@ -272,14 +273,9 @@ def stored_model(path: Path, about: Mapping[str, Any]) -> CostModel | None:
 
 def _model(kept: Mapping[str, Any]) -> CostModel:
     """A stored model; an error of any of the kinds of malformed JSON where it is none."""
-    model = CostModel(**kept)
-    if not isinstance(model.microseconds, dict):
-        raise TypeError
+    model = bind(CostModel, kept, "model")
     if not {*TERMS} <= model.microseconds.keys():
         raise KeyError
-    numbers = [*model.microseconds.values(), model.correlation, model.error, model.parameter_sets]
-    if not all(isinstance(number, int | float) for number in numbers):
-        raise TypeError
     return model
 
 

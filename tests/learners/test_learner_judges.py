@@ -370,7 +370,7 @@ def test_missing_weights_say_what_makes_them():
     method = make_method("lstm_1:weights=nowhere")
     with pytest.raises(LearnerError, match="steadyload train --preset quick -o nowhere makes"):
         method.prepare()
-    with pytest.raises(SpecError, match="threshold is 2; allowed: 0 to 1"):
+    with pytest.raises(SpecError, match="threshold is 2; allowed: a number, 0 to 1"):
         make_method("lstm_1:threshold=2")
     with pytest.raises(SpecError, match="did you mean 'weights'"):
         make_method("lstm_1:weight=x")

@@ -331,10 +331,10 @@ def test_data_of_which_nothing_is_left_say_so(tmp_path):
     ("values", "message"),
     [
         ({"hiden": 8}, "unknown parameter 'hiden'; did you mean 'hidden'"),
-        ({"hidden": 0}, "hidden is 0; allowed: 1 to 4096"),
+        ({"hidden": 0}, "hidden is 0; allowed: a whole number, 1 to 4,096"),
         ({"optimizer": "sgd"}, "optimizer is 'sgd'; allowed: adam, adamw"),
         ({"network": "attention", "hidden": 30}, "hidden is 30; allowed: a multiple of 4"),
-        ({"symmetries": 9}, "symmetries is 9; allowed: 1 to 8"),
+        ({"symmetries": 9}, "symmetries is 9; allowed: a whole number, 1 to 8"),
     ],
 )
 def test_options_that_cannot_be(values, message):

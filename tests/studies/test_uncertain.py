@@ -65,9 +65,12 @@ def test_the_table_has_probability_and_distribution(layout_file, capsys):
     ("arguments", "message"),
     [
         (("--uncertain", "comm=5mm"), "did you mean 'com'?"),
-        (("--uncertain", "com=5mm", "--decide", "2"), "decide is 2; allowed: 0 to 1"),
+        (("--uncertain", "com=5mm", "--decide", "2"), "decide is 2; allowed: a number, 0 to 1"),
         (("--uncertain", "com=5mm", "--half-width", "x"), "allowed: a finite number"),
-        (("--uncertain", "com=5mm", "--samples", "5"), "most is 5; allowed: 64 to 65536"),
+        (
+            ("--uncertain", "com=5mm", "--samples", "5"),
+            "most is 5; allowed: a whole number, 64 to 65,536",
+        ),
         (("--decide", "0.9"), "need --uncertain"),
     ],
 )

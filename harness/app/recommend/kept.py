@@ -8,12 +8,11 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from steadyload.app.recommend.front import SIZES, Front, FrontError, Measured
+from steadyload.app.recommend.front import SIZES, Front, FrontError
 from steadyload.atomic import manifest_text, verified_manifest, write_atomically
+from steadyload.config import bind
 from steadyload.layouts.model.question import Question
 from steadyload.reading import MAX_STORED_BYTES, TooLargeError, content_of, json_of, own_file
-from steadyload.statistics.error_costs import ErrorShares
-from steadyload.statistics.estimate import Estimate
 
 SPATIAL = "spatial"
 """The folder in the work folder that holds the rows of 3-D methods."""
@@ -24,9 +23,6 @@ NAME = "fronts.json"
 
 FILE = own_file("steadyload.app.recommend", NAME)
 """The measurements that come with the package."""
-
-_TEXTS = ("part", "study", "times")
-_COUNTS = ("fewest", "most", "cases", "item_lists")
 
 
 def load_fronts(file: Path = FILE) -> tuple[Front, ...]:
@@ -49,35 +45,9 @@ def load_fronts(file: Path = FILE) -> tuple[Front, ...]:
 
 
 def _read(entry: Mapping[str, Any]) -> Front:
-    found = Front(
-        **{
-            **entry,
-            "measured": tuple(map(_read_measured, entry["measured"])),
-            "question": Question(entry["question"]),
-        }
-    )
-    texts = [getattr(found, name) for name in _TEXTS]
-    texts += [found.about["machine"], *found.about.values(), *found.left_out.values()]
-    if not all(isinstance(text, str) for text in texts):
-        raise TypeError
-    if not all(type(getattr(found, name)) is int for name in _COUNTS):
-        raise TypeError
-    return found
-
-
-def _read_measured(entry: Mapping[str, Any]) -> Measured:
-    estimates = {name: Estimate(**entry[name]) for name in ("accuracy", "cpu")}
-    shares, errors = entry.get("errors"), None
-    if shares is not None:
-        errors = ErrorShares(Estimate(**shares["over"]), Estimate(**shares["under"]))
-    found = Measured(**{**entry, **estimates, "errors": errors})
-    texts = found.method, found.title, found.engine or ""
-    read = [*estimates.values(), *((errors.over, errors.under) if errors else ())]
-    numbers = [number for each in read for number in dataclasses.astuple(each)]
-    if not all(isinstance(text, str) for text in texts):
-        raise TypeError
-    if not all(isinstance(number, int | float) for number in (*numbers, found.without_verdict)):
-        raise TypeError
+    found = bind(Front, entry, "front")
+    if "machine" not in found.about:
+        raise KeyError
     return found
 
 

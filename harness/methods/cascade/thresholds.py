@@ -20,6 +20,7 @@ from steadyload.atomic import (
     verified_manifest,
     write_atomically,
 )
+from steadyload.config import bind
 from steadyload.escaping import printable
 from steadyload.layouts.model.question import Question, with_question
 from steadyload.methods.contract.method import Method
@@ -167,13 +168,9 @@ def _read(file: Path) -> dict[str, Any]:
 
 
 def _thresholds(entry: Mapping[str, Any]) -> Thresholds:
-    ladders = {
-        float(budget): Ladder(
-            tuple(Stage(**stage) for stage in ladder["stages"]), ladder["last"], ladder["found"]
-        )
-        for budget, ladder in entry["budgets"].items()
-    }
-    default = float(entry["default"])
-    if default not in ladders:
-        raise ValueError(default)
-    return Thresholds(default, ladders, dict(entry["made_of"]), dict(entry["made_by"]))
+    stated = dict(entry)
+    stated["ladders"] = {float(key): ladder for key, ladder in stated.pop("budgets").items()}
+    found = bind(Thresholds, stated, "thresholds")
+    if found.default not in found.ladders:
+        raise ValueError(found.default)
+    return found

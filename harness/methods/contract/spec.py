@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
 
+from steadyload import config
 from steadyload.errors import UserError, nearest
 from steadyload.escaping import shown
 
@@ -109,17 +110,15 @@ def bind(parameters: type[Any], values: Mapping[str, Any], *, where: str) -> Any
     """
     fields = {f.name: f for f in dataclasses.fields(parameters)}
     hints = typing.get_type_hints(parameters)
-    bound = {}
+    stated = {}
     for key, value in values.items():
         if key not in fields:
             raise SpecError(
                 f"{where}: unknown parameter {shown(key, _SHOWN)}; {nearest(key, fields)}"
             )
-        bound[key] = _convert(value, hints[key], fields[key], where)
-    try:
-        return parameters(**bound)
-    except ValueError as error:
-        raise SpecError(f"{where}: {error}") from None
+        unit = fields[key].metadata.get("unit", "")
+        stated[key] = _stated(value, hints[key], unit, f"{where}: {key}")
+    return config.bind(parameters, stated, where, SpecError)
 
 
 def canonical(parameters: Any, keys: Collection[str]) -> tuple[tuple[str, str], ...]:
@@ -163,47 +162,33 @@ def allowed_values(parameters: type[Any], name: str) -> str:
     elif kind not in (int, float):
         choices = "a value of Python"
     else:
-        choices = _range(*_ends(field))
+        choices = _range(
+            field.metadata.get("least", -math.inf), field.metadata.get("most", math.inf)
+        )
     return f"none|{choices}" if optional else choices
 
 
-def _convert(value: Any, hint: Any, field: dataclasses.Field[Any], where: str) -> Any:
-    label = f"{where}: {field.name}"
+def _stated(value: Any, hint: Any, unit: str, label: str) -> Any:
+    """A value as :func:`steadyload.config.bind` takes it: a text becomes one of its field's type.
+
+    Raises:
+        SpecError: no finite number, another unit, or a parameter that no text can state.
+    """
     kind, optional = _kind(hint)
     if optional and value in (None, "none"):
         return None
-    if isinstance(kind, type) and issubclass(kind, StrEnum):
-        if value in list(kind):
-            return kind(value)
-        raise SpecError(f"{label} is {shown(value, _SHOWN)}; {nearest(str(value), [*kind])}")
-    if typing.get_origin(kind) is frozenset:
-        listed = value.split("+") if isinstance(value, str) else value
-        if not (isinstance(listed, Collection) and all(isinstance(name, str) for name in listed)):
-            raise SpecError(f"{label} is {shown(value, _SHOWN)}; allowed: texts")
-        names = frozenset(listed)
-        known = field.metadata.get("choices", names)
-        for name in sorted(names - set(known)):
-            raise SpecError(f"{label} is {shown(name, _SHOWN)}; {nearest(name, known)}")
-        return names
+    if kind in (int, float):
+        number = _number(value, unit, label)
+        return int(number) if number.is_integer() and abs(number) < 1e15 else number
     if kind is str:
         return str(value)
     if kind is bool:
-        if str(value).lower() not in ("true", "false"):
-            raise SpecError(f"{label} is {shown(value, _SHOWN)}; allowed: true, false")
-        return str(value).lower() == "true"
-    if kind not in (int, float):
+        return {"true": True, "false": False}.get(str(value).lower(), value)
+    if typing.get_origin(kind) is frozenset:
+        return value.split("+") if isinstance(value, str) else value
+    if not (isinstance(kind, type) and issubclass(kind, StrEnum)):
         raise SpecError(f"{label}: cannot be stated in a spec; allowed: its default")
-    unit = field.metadata.get("unit", "")
-    number = _number(value, unit, label)
-    if kind is int:
-        if number != int(number):
-            raise SpecError(f"{label} is {value}; allowed: a whole number")
-        number = int(number)
-    least, most = _ends(field)
-    if not least <= number <= most:
-        allowed = " ".join(filter(None, (_range(least, most), unit)))
-        raise SpecError(f"{label} is {value}; allowed: {allowed}")
-    return number
+    return value
 
 
 def _kind(hint: Any) -> tuple[Any, bool]:
@@ -232,11 +217,6 @@ def _number(value: Any, unit: str, label: str) -> float:
         raise SpecError(f"{label} is {shown(value, _SHOWN)}; allowed units: {allowed}")
     # Rounding keeps 0.4mm from becoming 0.00040000000000000002 m in a canonical spec.
     return float(f"{number * _UNITS[unit][given]:.15g}") if given else number
-
-
-def _ends(field: dataclasses.Field[Any]) -> tuple[float, float]:
-    """Least and greatest value of a field; without limits where it declares none."""
-    return field.metadata.get("least", -math.inf), field.metadata.get("most", math.inf)
 
 
 def _range(least: float, most: float) -> str:
