@@ -32,6 +32,8 @@ from steadyload.notebook import ShownInNotebook
 WITHIN: tuple[Part, ...] = (" (+-", Length(STATED_TOLERANCE, bare=True), ")")
 """Parts of a message, after lengths: how far off they may be."""
 
+_NO_ITEMS = "has no items; allowed: one or more"
+
 ARRAYS = ("lower", "upper", "sizes", "weights", "mass_offsets")
 """Names of the arrays of a layout."""
 
@@ -102,8 +104,7 @@ class Layout(ShownInNotebook):
     mass_offsets: FloatArray = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        if not self.name or not self.name.isprintable():
-            raise LayoutError(unprintable(self.name))
+        _check_name(self.name)
         try:
             items = self._in_order()
             lower = np.array([i.position for i in items], dtype=float)
@@ -131,7 +132,7 @@ class Layout(ShownInNotebook):
 
     def _in_order(self) -> tuple[Item, ...]:
         if not self.items:
-            raise LayoutError("has no items; allowed: one or more")
+            raise LayoutError(_NO_ITEMS)
         items = tuple(sorted(self.items, key=lambda i: i.sequence))
         for expected, item in enumerate(items):
             if item.sequence < expected:
@@ -204,7 +205,7 @@ class Layout(ShownInNotebook):
             FloorError: there is no such kind.
         """
         pallet = replace(self.pallet, floor=FloorKind.named(floor))
-        return self if pallet == self.pallet else Layout(self.name, pallet, self.items)
+        return self if pallet == self.pallet else self._valid(pallet=pallet)
 
     def with_floor_kept(self) -> Layout:
         """The same layout, from which others can be derived that stand on the same floor.
@@ -214,20 +215,32 @@ class Layout(ShownInNotebook):
         return self.on(FloorKind.DECK) if self.floor.has_edges else self
 
     def first(self, count: int) -> Layout:
-        """The layout's first ``count`` items (all of them when it has fewer), on its floor."""
+        """The layout's first ``count`` items (all of them when it has fewer), on its floor.
+
+        Raises:
+            LayoutError: it would have no items.
+        """
         if count >= len(self):
             return self
-        return replace_items(self.with_floor_kept(), self.items[:count])
+        kept = self.with_floor_kept()
+        arrays = {key: getattr(kept, key)[:count] for key in ARRAYS}
+        if not len(arrays["weights"]):
+            raise LayoutError(_NO_ITEMS, layout=self.name)
+        return kept._valid(items=self.items[:count], **arrays)
 
     def with_mass_offsets(self, offsets: FloatArray) -> Layout:
-        """The same geometry with other centres of mass [cm], shape (J, 3)."""
-        return replace_items(
-            self,
-            tuple(
-                replace(item, mass_offset=(float(x), float(y), float(z)))
-                for item, (x, y, z) in zip(self.items, offsets, strict=True)
-            ),
+        """The same geometry with other centres of mass [cm], shape (J, 3).
+
+        Raises:
+            LayoutError: one lies outside its item.
+        """
+        items = tuple(
+            replace(item, mass_offset=(float(x), float(y), float(z)))
+            for item, (x, y, z) in zip(self.items, offsets, strict=True)
         )
+        moved = np.array([item.mass_offset for item in items], dtype=float)
+        moved.setflags(write=False)
+        return self._valid(items=items, mass_offsets=moved)
 
     def geometry_hash(self) -> str:
         """SHA-256 of the items' positions and sizes alone, as hex digits."""
@@ -241,8 +254,34 @@ class Layout(ShownInNotebook):
         return digest_of(self.lower, self.upper, self.weights, self.mass_offsets, pallet, deck)
 
     def renamed(self, name: str) -> Layout:
-        """The same layout under another name."""
-        return replace_items(self, self.items, name=name)
+        """The same layout under another name.
+
+        Raises:
+            LayoutError: it is not printable, or empty.
+        """
+        _check_name(name)
+        return self._valid(name=name)
+
+    def _valid(
+        self,
+        *,
+        name: str | None = None,
+        pallet: Pallet | None = None,
+        items: tuple[Item, ...] | None = None,
+        **arrays: FloatArray,
+    ) -> Layout:
+        """A layout that is valid because this one is: nothing is checked again."""
+        return view_on(
+            {key: getattr(self, key) for key in ARRAYS} | arrays,
+            name=self.name if name is None else name,
+            pallet=self.pallet if pallet is None else pallet,
+            items=self.items if items is None else items,
+        )
+
+
+def _check_name(name: str) -> None:
+    if not name or not name.isprintable():
+        raise LayoutError(unprintable(name))
 
 
 def require_layout(value: object) -> None:
@@ -265,6 +304,7 @@ def view_on(
     pallet: Pallet,
     floor: Floor | None = None,
     ids: tuple[str, ...] = (),
+    items: tuple[Item, ...] | None = None,
 ) -> Layout:
     """A layout on arrays that are known to be valid: nothing is checked, copied or made.
 
@@ -273,18 +313,20 @@ def view_on(
         name: see :class:`Layout`.
         pallet: likewise.
         floor: that of these items on this pallet; None where it is to be found.
-        ids: of all boxes, or none.
+        ids: of all boxes, or none; those of ``items`` where these are given.
+        items: in loading order; None makes them when they are asked for.
     """
     layout = object.__new__(Layout)
-    vars(layout).update(arrays, name=name, pallet=pallet, ids=ids)
+    vars(layout).update(arrays, name=name, pallet=pallet)
+    vars(layout).update({"ids": ids} if items is None else {"items": items})
     if floor is not None:
         vars(layout)["floor"] = floor
     return layout
 
 
-def replace_items(layout: Layout, items: tuple[Item, ...], *, name: str | None = None) -> Layout:
-    """A layout on the same pallet with other items."""
-    return Layout(layout.name if name is None else name, layout.pallet, items)
+def replace_items(layout: Layout, items: tuple[Item, ...]) -> Layout:
+    """A layout of the same name, on the same pallet, with other items."""
+    return Layout(layout.name, layout.pallet, items)
 
 
 def outside_error(item: Item, pallet: Pallet, axis: int, span: tuple[float, float]) -> LayoutError:
