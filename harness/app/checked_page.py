@@ -20,7 +20,6 @@ from steadyload.layouts.model.frame import Frame
 from steadyload.layouts.model.layout import Layout
 from steadyload.layouts.model.naming import box_label
 from steadyload.methods.contract.verdict import Status, Verdict
-from steadyload.methods.registry import make_method
 from steadyload.methods.session.recording import (
     Recording,
     record_failure,
@@ -31,6 +30,7 @@ from steadyload.progress import Progress, silent
 from steadyload.reports.viewer.gallery import gallery_html
 from steadyload.reports.viewer.page import MARKS, player_html
 from steadyload.reports.viewer.records import Card, Gallery
+from steadyload.runs.methods_here import method_named
 from steadyload.runs.pool import PartLimit, SinglePart, run_units
 from steadyload.runs.provenance import provenance_lines
 
@@ -164,7 +164,7 @@ def _recorded(unit: _Unit) -> Recording:
     if check.verdict is None or check.verdict.failing_step is None or check.crushed is not None:
         return _plan(unit)
     try:
-        shown_by = simulation_of(make_method(check.method)) or simulation_of(make_method(PLAYED))
+        shown_by = simulation_of(method_named(check.method)) or simulation_of(method_named(PLAYED))
         assert shown_by is not None, "the method that plays is a simulation"
         shown_by.prepare(len(layout))
     except EngineNotInstalledError:

@@ -36,6 +36,7 @@ from steadyload.methods.registry import make_method
 from steadyload.numbers import number_within, seconds_allowed
 from steadyload.progress import Progress, silent
 from steadyload.runs.able import asked_question
+from steadyload.runs.methods_here import method_named, use_methods
 from steadyload.runs.pool import PartLimit, SinglePart, run_units
 from steadyload.transport.rules import Rule, rule_named
 from steadyload.transport.trials import answer_rule
@@ -50,7 +51,7 @@ class GapLimitError(UserError):
 
 def check(
     layout: Layout,
-    method: str = DEFAULT_METHOD,
+    method: str | Method = DEFAULT_METHOD,
     *,
     timeout: float | None = None,
     transport: str | Rule | None = None,
@@ -61,7 +62,7 @@ def check(
 
     Args:
         layout: the plan, in the order of loading.
-        method: spec of the method that answers.
+        method: that answers, or its spec.
         timeout: CPU seconds that it and the look for crushed boxes may take.
         transport: a rule of the road that the complete load is asked to hold, such as ``en12195``,
             or a TOML file of one; by the method where it judges accelerations, else by
@@ -80,7 +81,7 @@ def check(
     require_layout(layout)
     limit, frame = _gap_limit(gaps_cm), frame or Frame()
     rule = rule_named(transport) if isinstance(transport, str) else transport
-    judging = _default() if method == DEFAULT_METHOD else make_method(method)
+    judging = _made(method)
     judging.prepare(len(layout))
     spec = str(judging.spec)
     watch = Stopwatch(timeout)
@@ -123,7 +124,7 @@ def check(
         gap_box=None if gap is None else box_id(layout.items, gap.item),
         gap_onto_box=None if gap is None else box_id(layout.items, gap.onto),
         frame=frame,
-        reliability=None if outside else reliability(spec, len(layout)),
+        reliability=None if outside else reliability(judging, len(layout)),
         outside=outside,
         doubt=with_ids(doubt(layout, judging, verdict, frame), layout.items),
         crushed=crushed,
@@ -166,7 +167,7 @@ def _gap_limit(gaps_cm: float | None) -> float:
 
 def check_all(
     entries: Sequence[tuple[str, Layout | Refused]],
-    method: str = DEFAULT_METHOD,
+    method: str | Method = DEFAULT_METHOD,
     *,
     timeout: float | None = None,
     transport: str | None = None,
@@ -192,7 +193,8 @@ def check_all(
         WorkerDiedError: see :func:`steadyload.runs.pool.run_units`.
     """
     seconds_allowed(timeout)
-    judging = make_method(method)
+    judging = make_method(method) if isinstance(method, str) else method
+    use_methods([judging])
     judging.prepare()  # what is wrong with the method is told at once, and once
     rule = None if transport is None else rule_named(transport)
     most = _gap_limit(gaps_cm)
@@ -237,8 +239,8 @@ class _Entry(SinglePart):
 
 def _check(unit: _Entry) -> Iterator[Check]:
     yield check(
-        unit.layout, unit.method, timeout=unit.timeout, transport=unit.rule, gaps_cm=unit.gaps_cm,
-        frame=unit.frame,
+        unit.layout, method_named(unit.method), timeout=unit.timeout, transport=unit.rule,
+        gaps_cm=unit.gaps_cm, frame=unit.frame,
     )  # fmt: skip
 
 
@@ -259,12 +261,12 @@ def _not_judged(unit: _Entry, status: Status, reason: str) -> Check:
     )  # fmt: skip
 
 
-def reliability(method: str, boxes: int) -> Reliability | None:
+def reliability(method: str | Method, boxes: int) -> Reliability | None:
     """How often a method was right on labelled cases of about so many boxes; None: not measured.
 
     Args:
-        method: canonical spec; it is held against the labels of the question that it is asked, and
-            of ``stands`` where it knows no questions.
+        method: itself, or its canonical spec; it is held against the labels of the question that it
+            is asked, and of ``stands`` where it knows no questions.
         boxes: of a layout.
     """
     question = asked_question(method) or Question.STANDS
@@ -272,16 +274,20 @@ def reliability(method: str, boxes: int) -> Reliability | None:
         front = front_for(_measured(), question, boxes)
     except FrontError:
         return None
-    entry = next((m for m in front.measured if m.method == method), None)
+    entry = next((m for m in front.measured if m.method == str(method)), None)
     return None if entry is None else Reliability(entry.accuracy, front.cases, front.part)
+
+
+def _made(method: str | Method) -> Method:
+    """The method of a spec: a new one, since it may name files that change, or the default one."""
+    if not isinstance(method, str):
+        return method
+    return _default() if method == DEFAULT_METHOD else make_method(method)
 
 
 @cache
 def _default() -> Method:
-    """The default method, which reads nothing but files of the package: it is made once.
-
-    Another one is made for every check, since its spec may name files that change.
-    """
+    """The default method, which reads nothing but files of the package: it is made once."""
     return make_method(DEFAULT_METHOD)
 
 

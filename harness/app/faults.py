@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 from steadyload.layouts.model.footing import Footing, footing
 from steadyload.layouts.model.frame import Frame
 from steadyload.layouts.model.layout import Layout
 from steadyload.layouts.model.naming import box_label
-from steadyload.methods.contract.verdict import Status, Verdict
+from steadyload.methods.contract.method import Method, Status, Verdict
 from steadyload.methods.registry import make_method
 
 
@@ -41,13 +43,19 @@ def reason_of(layout: Layout, verdict: Verdict, frame: Frame | None = None, *, m
 
 def _balance(layout: Layout, step: int) -> str:
     """Whether contact forces balance the plan after a step, to follow what the simulation says."""
-    balance = make_method("equilibrium").judge(layout.first(step + 1))
+    balance = _equilibrium().judge(layout.first(step + 1))
     if balance.stable:
         return ", while contact forces balance every box in the plan"
     if balance.status is not Status.DONE or balance.item_at_fault is None:
         return ""
     lost = _label(layout, balance.item_at_fault)
     return f"; the first box that contact forces do not balance in the plan is {lost}"
+
+
+@cache
+def _equilibrium() -> Method:
+    """The method that knows whether contact forces balance; it reads no file, and is made once."""
+    return make_method("equilibrium")
 
 
 def _label(layout: Layout, item: int) -> str:

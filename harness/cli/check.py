@@ -80,18 +80,21 @@ class Check(ReadingFlags):
         from steadyload.errors import FailedError
         from steadyload.layouts.model.frame import Frame
         from steadyload.layouts.model.question import Question
+        from steadyload.methods.registry import make_method
         from steadyload.runs.able import asked_question
         from steadyload.runs.envelope_use import score_warnings
         from steadyload.runs.pool import all_cores
         from steadyload.runs.scoring import read_entries
         from steadyload.transport.rules import rule_named
 
-        method, reading = self.method, self.reading()
+        reading = self.reading()
         if self.transport is not None:
             rule_named(self.transport)
         entries = read_entries(self.files, limit=self.limit, **reading)
+        method = make_method(self.method)
         if asked_question(method) is Question.WITHIN:
-            say(f"{method} looks at the first 0.3 s of a placement; question=stands at all of it")
+            told = "looks at the first 0.3 s of a placement; question=stands at all of it"
+            say(f"{self.method} {told}")
         try:
             with progress_bar("judging") as advance:
                 found = check_all(

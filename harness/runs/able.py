@@ -9,6 +9,7 @@ from steadyload.engines.registry import capabilities, engines_here
 from steadyload.engines.world import Capabilities
 from steadyload.errors import nearest
 from steadyload.layouts.model.question import Question
+from steadyload.methods.contract.method import Method
 from steadyload.methods.registry import make_method
 from steadyload.runs.definition import StudyError
 
@@ -42,13 +43,17 @@ def able_methods(
     return tuple(able), left_out
 
 
-def asked_question(spec: str) -> Question | None:
+def asked_question(method: str | Method) -> Question | None:
     """The question that a method is asked; None where it has no such parameter.
+
+    Args:
+        method: itself, or its spec.
 
     Raises:
         SpecError: no such method.
     """
-    question: Question | None = getattr(make_method(spec).parameters, "question", None)
+    asked = make_method(method) if isinstance(method, str) else method
+    question: Question | None = getattr(asked.parameters, "question", None)
     return question
 
 

@@ -6,12 +6,12 @@ import dataclasses
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
+from steadyload.layouts.model.layout import Layout
 from steadyload.methods.naming import MethodKey
 from steadyload.methods.simulation.simulation_parameters import SimulationParameters
-from steadyload.runs.answers import Answers, answers_of
+from steadyload.runs.answers import Answers, Case, answers_of
 from steadyload.runs.judged import JudgedCases
 from steadyload.statistics.estimate import NOTHING, Estimate
 from steadyload.statistics.metrics import agreement
@@ -37,12 +37,12 @@ class AgreementMatrix:
         return tuple(method.title for method in self.methods)
 
 
-def agreement_matrix(judged: JudgedCases, kept: Path) -> AgreementMatrix:
+def agreement_matrix(judged: JudgedCases, layouts: Mapping[Case, Layout]) -> AgreementMatrix:
     """Share of equal failing steps between every two methods.
 
     Args:
         judged: the cases and verdicts.
-        kept: the file that the layouts were written to.
+        layouts: see :func:`steadyload.runs.answers.answers_of`.
     """
     specs = list(judged.keys)
     return AgreementMatrix(
@@ -53,7 +53,7 @@ def agreement_matrix(judged: JudgedCases, kept: Path) -> AgreementMatrix:
             )
             for a in specs
         ),
-        answers_of(judged, kept),
+        answers_of(judged, layouts),
     )
 
 

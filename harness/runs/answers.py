@@ -45,24 +45,41 @@ class Answers:
 LABEL = "label"
 
 
-def answers_of(judged: JudgedCases, kept: Path) -> Answers | None:
+def listed_cases(judged: JudgedCases) -> list[Case]:
+    """The cases whose layouts a page shows beside the answers, those that divide methods most."""
+    if len(judged.said) > MOST_LISTED:
+        return []
+    said = _with_labels(judged, _counts(judged))
+    distinct = said.nunique(axis=1, dropna=False).sort_values(ascending=False, kind="stable")
+    return list(distinct.index[distinct > 1][:MOST_SHOWN])
+
+
+def answers_of(judged: JudgedCases, layouts: Mapping[Case, Layout]) -> Answers | None:
     """The answers of a run; None where there are more cases than a page lists.
 
     Args:
         judged: the cases and verdicts.
-        kept: the file that the layouts were written to.
+        layouts: of :func:`listed_cases`, and perhaps of others.
     """
-    said = judged.said
-    if len(said) > MOST_LISTED:
+    if len(judged.said) > MOST_LISTED:
         return None
+    counts = _counts(judged)
+    shown = {case: layouts[case] for case in listed_cases(judged)}
+    return Answers(_with_labels(judged, counts), counts, shown)
+
+
+def _counts(judged: JudgedCases) -> pd.Series:
     first = judged.results.drop_duplicates(["layout", "scenario"])
-    counts = first.set_index(["layout", "scenario"])["item_count"].loc[said.index].astype(int)
-    if judged.labels is not None:
-        label = items_placed_by_case(judged.labels["failing_step"], counts).astype("Int32")
-        said = pd.concat([label.rename(LABEL), said], axis=1)
-    distinct = said.nunique(axis=1, dropna=False).sort_values(ascending=False, kind="stable")
-    divided = list(distinct.index[distinct > 1][:MOST_SHOWN])
-    return Answers(said, counts, judged_layouts(judged, kept, divided))
+    counts = first.set_index(["layout", "scenario"])["item_count"]
+    return counts.loc[judged.said.index].astype(int)
+
+
+def _with_labels(judged: JudgedCases, counts: pd.Series) -> pd.DataFrame:
+    """The answers of all methods, after the label where there is one."""
+    if judged.labels is None:
+        return judged.said
+    label = items_placed_by_case(judged.labels["failing_step"], counts).astype("Int32")
+    return pd.concat([label.rename(LABEL), judged.said], axis=1)
 
 
 def judged_layouts(judged: JudgedCases, kept: Path, cases: Collection[Case]) -> dict[Case, Layout]:

@@ -6,7 +6,7 @@ import glob
 import logging
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -24,6 +24,7 @@ from steadyload.layouts.model.floor import FloorKind
 from steadyload.layouts.model.layout import Layout, LayoutError
 from steadyload.layouts.model.scenarios import Scenario, apply_scenario
 from steadyload.layouts.packing.packing import drawn_layouts
+from steadyload.methods.contract.method import Method
 from steadyload.methods.contract.spec import SpecError, parse_spec
 from steadyload.methods.registry import make_method
 from steadyload.numbers import NumberError, seconds_allowed
@@ -103,9 +104,13 @@ class StudyDefinition:
     )
     strict: bool = option(False, "end at the first layout that is not valid; else it is left out")
 
+    made: tuple[Method, ...] = field(default=(), repr=False, compare=False)
+    """The methods themselves, in the same order; made of their specs where they are not given."""
+
     def __post_init__(self) -> None:
-        methods = tuple(str(make_method(spec).spec) for spec in self.methods)
-        object.__setattr__(self, "methods", methods)
+        if tuple(map(str, self.made)) != self.methods:
+            object.__setattr__(self, "made", tuple(map(make_method, self.methods)))
+        object.__setattr__(self, "methods", tuple(map(str, self.made)))
         seconds_allowed(self.timeout)
         if self.benchmark is None:
             if self.benchmark_directory is not None:
@@ -215,7 +220,7 @@ def load_study(source: str | Path) -> StudyDefinition:
         content["methods"] = _had_here(content["methods"])
     stated = values_of(
         StudyDefinition, content, str(path), StudyError,
-        apart=("files", "dialect"), beside=(_Named,),
+        apart=("files", "dialect", "made"), beside=(_Named,),
     )  # fmt: skip
     refuse_missing(StudyDefinition, stated, str(path), StudyError)
     try:
@@ -251,7 +256,8 @@ def _definition(stated: dict[str, Any], folder: Path) -> StudyDefinition:
             "layouts is missing; allowed: a list of files, or generated = a number, or "
             "benchmark = a part of the labelled set"
         )
-    stated["methods"] = _distinct(stated["methods"])
+    stated["made"] = _distinct(stated["methods"])
+    stated["methods"] = tuple(map(str, stated["made"]))
     stated["files"] = _matched(stated.pop("layouts", ()), folder)
     stated["scenarios"] = tuple(dict.fromkeys(stated.get("scenarios", ())))
     stated["benchmark_directory"] = set_named(stated.get("benchmark_directory"), folder)
@@ -260,16 +266,17 @@ def _definition(stated: dict[str, Any], folder: Path) -> StudyDefinition:
     return StudyDefinition(**stated)
 
 
-def _distinct(methods: Sequence[str]) -> tuple[str, ...]:
-    """Specs in their canonical form, each method once."""
-    seen: dict[object, str] = {}
+def _distinct(methods: Sequence[str]) -> tuple[Method, ...]:
+    """The methods of specs, each once."""
+    seen: dict[object, Method] = {}
     for text in methods:
         method = make_method(text)
-        spec = str(method.spec)
         identity = (type(method), method.spec.engine, method.parameters)
         if identity in seen:
-            raise StudyError(f"methods: {spec!r} is the same as {seen[identity]!r}; name it once")
-        seen[identity] = spec
+            raise StudyError(
+                f"methods: {str(method)!r} is the same as {str(seen[identity])!r}; name it once"
+            )
+        seen[identity] = method
     return tuple(seen.values())
 
 

@@ -1,12 +1,13 @@
-"""Layouts of files: all are read and checked, then handed out in turn, from a temporary file."""
+"""Layouts that were read and checked once, handed out in turn from a temporary file."""
 
 from __future__ import annotations
 
+import os
 import pickle
 import tempfile
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import Self, Unpack
+from typing import Generic, Self, TypeVar, Unpack
 
 from steadyload.layouts.files.record import Refused
 from steadyload.layouts.files.refusals import Refusals
@@ -18,6 +19,8 @@ from steadyload.reading import naming
 
 Entry = tuple[str, Layout | Refused]
 """The name of a file, and a layout of it."""
+
+One = TypeVar("One", bound=Layout | Refused)
 
 _IN_MEMORY = 8 * 1024**2
 """Bytes up to which there is no file."""
@@ -58,13 +61,64 @@ def scan_entries(
                 return
 
 
-class Entries:
+class Spool(Generic[One]):
+    """Layouts in a temporary file, each with a word on it, handed out in turn and in their order.
+
+    They can be iterated again, one iteration at a time, and are not checked again. Leaving its
+    ``with`` block removes the file, as does the end of the process.
+
+    Raises:
+        OSError: there is no room for temporary files.
+    """
+
+    def __init__(self) -> None:
+        self._count, self._items = 0, 0
+        self._block: list[tuple[str, One]] = []
+        self._file = tempfile.SpooledTemporaryFile(_IN_MEMORY)  # noqa: SIM115 - left by __exit__
+
+    def add(self, word: str, one: One) -> None:
+        """Keep one more; none may be added while they are iterated."""
+        self._block.append((word, one))
+        self._count += 1
+        self._items += len(one) if isinstance(one, Layout) else 1
+        if self._items >= _ITEMS:
+            self._write()
+
+    def _write(self) -> None:
+        content = pickle.dumps(_packed(self._block), pickle.HIGHEST_PROTOCOL)
+        self._block, self._items = [], 0
+        with naming(tempfile.gettempdir()):
+            self._file.seek(0, os.SEEK_END)
+            self._file.write(len(content).to_bytes(_PREFIX, "little"))
+            self._file.write(content)
+            self._file.flush()
+
+    def __len__(self) -> int:
+        return self._count
+
+    def __iter__(self) -> Iterator[tuple[str, One]]:
+        if self._block:
+            self._write()
+        self._file.seek(0)
+        while prefix := self._file.read(_PREFIX):
+            content = self._file.read(int.from_bytes(prefix, "little"))
+            places, layouts = pickle.loads(content)  # noqa: S301 - what was written here
+            valid = iter(layouts)
+            for word, refused in places:
+                yield word, next(valid) if refused is None else refused
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *raised: object) -> None:
+        self._file.close()
+
+
+class Entries(Spool[Layout | Refused]):
     """Entries that are known to be all there are, without being held in memory.
 
     Making it takes all of the iterable, so that whatever is wrong with a file is raised before the
-    first entry is handed out, and a file is read once, be it a pipe or changed meanwhile. It can be
-    iterated again, one iteration at a time; leaving its ``with`` block removes the file, as does
-    the end of the process.
+    first entry is handed out, and a file is read once, be it a pipe or changed meanwhile.
 
     Args:
         entries: what is kept.
@@ -78,72 +132,33 @@ class Entries:
     """
 
     def __init__(self, entries: Iterable[Entry]) -> None:
+        super().__init__()
         self.refused = Refusals()
-        self._count = 0
-        self._file = tempfile.SpooledTemporaryFile(_IN_MEMORY)  # noqa: SIM115 - left by __exit__
         try:
-            self._keep(entries)
+            for file, one in entries:
+                self.add(file, one)
+                if isinstance(one, Refused):
+                    self.refused.add(str(one.error))
+            self._write()
         except BaseException:
             self._file.close()
             raise
 
-    def _keep(self, entries: Iterable[Entry]) -> None:
-        block: list[Entry] = []
-        items = 0
-        for entry in entries:
-            _, layout = entry
-            block.append(entry)
-            self._count += 1
-            if isinstance(layout, Layout):
-                items += len(layout)
-            else:
-                items += 1
-                self.refused.add(str(layout.error))
-            if items >= _ITEMS:
-                self._write(block)
-                block, items = [], 0
-        self._write(block)
-
-    def _write(self, block: list[Entry]) -> None:
-        content = pickle.dumps(_packed(block), pickle.HIGHEST_PROTOCOL)
-        with naming(tempfile.gettempdir()):
-            self._file.write(len(content).to_bytes(_PREFIX, "little"))
-            self._file.write(content)
-            self._file.flush()
-
-    def __len__(self) -> int:
-        return self._count
-
     @property
     def valid(self) -> int:
         """Number of layouts that can be judged."""
-        return self._count - self.refused.count
-
-    def __iter__(self) -> Iterator[Entry]:
-        self._file.seek(0)
-        while prefix := self._file.read(_PREFIX):
-            content = self._file.read(int.from_bytes(prefix, "little"))
-            places, layouts = pickle.loads(content)  # noqa: S301 - what was written here
-            valid = iter(layouts)
-            for file, refused in places:
-                yield file, next(valid) if refused is None else refused
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *raised: object) -> None:
-        self._file.close()
+        return len(self) - self.refused.count
 
 
 def _packed(
-    block: list[Entry],
+    block: Sequence[tuple[str, Layout | Refused]],
 ) -> tuple[list[tuple[str, Refused | None]], LayoutBatch | list[Layout]]:
-    """Entries in parts: file and refusal of each, and the layouts of those that are not refused.
+    """Entries in parts: word and refusal of each, and the layouts of those that are not refused.
 
     As a batch layouts take half the time and bytes, but it has no place for the load that an item
     may bear.
     """
-    places = [(file, None if isinstance(one, Layout) else one) for file, one in block]
+    places = [(word, None if isinstance(one, Layout) else one) for word, one in block]
     layouts = [one for _, one in block if isinstance(one, Layout)]
     bearing = any(item.max_load is not None for one in layouts for item in one.items)
     return places, layouts if bearing else LayoutBatch.of(layouts)

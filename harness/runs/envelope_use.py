@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from steadyload.layouts.model.layout import Layout
+from steadyload.methods.contract.method import Method
 from steadyload.methods.envelope import Limit, beyond, envelope_of, extent
-from steadyload.methods.registry import make_method
 
 EnvelopeUse = dict[str, dict[str, Any]]
 """By method: ``measured``; where that is true also ``cases`` beyond the envelope, ``of`` how many,
@@ -21,14 +21,11 @@ class EnvelopeCount:
     """Counts cases beyond envelopes, one after the other.
 
     Args:
-        methods: spec strings; those without an engine are left out.
+        methods: those without an engine are left out.
     """
 
-    def __init__(self, methods: Iterable[str]) -> None:
-        judges = {spec: make_method(spec) for spec in methods}
-        self._held = {
-            spec: envelope_of(method) for spec, method in judges.items() if method.spec.engine
-        }
+    def __init__(self, methods: Iterable[Method]) -> None:
+        self._held = {str(one.spec): envelope_of(one) for one in methods if one.spec.engine}
         self._of = 0
         self._beyond = dict.fromkeys(self._held, 0)
         self._reasons: dict[str, dict[Limit, dict[str, Any]]] = {spec: {} for spec in self._held}

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
+import pyarrow as pa
 from numpy.typing import NDArray
 
 from steadyload.layouts.model.question import Question
@@ -18,7 +19,7 @@ from steadyload.methods.naming import MethodKey, named
 from steadyload.runs.definition import AS_GIVEN
 from steadyload.runs.labels import item_lists, load_labels
 from steadyload.runs.provenance import provenance_lines
-from steadyload.runs.results import KEYS, ResultsError, load_manifest, load_results
+from steadyload.runs.results import KEYS, ResultsError, each_table, in_order, load_manifest
 from steadyload.statistics.metrics import outcomes
 
 _COLUMNS = (
@@ -26,6 +27,11 @@ _COLUMNS = (
     "substeps", "body_substeps",
     *(f"cpu_{phase}" for phase in ("build", "step", "read", "total")), "wall_total",
 )  # fmt: skip
+
+_SETTINGS = ("ignored", "emulated")
+
+NotHonoured = tuple[dict[str, None], dict[str, None]]
+"""Settings that an engine ignored, and those that it emulated."""
 
 
 @dataclass(frozen=True)
@@ -42,6 +48,8 @@ class JudgedCases:
             without labels.
         clusters: by case, the cluster for intervals: the item list where it is known, with its
             class of items as stratum, else the layout.
+        not_honoured: by spec of a method on an engine, the settings that this ignored, and those
+            that it emulated, in the order of the rows.
     """
 
     manifest: Mapping[str, Any]
@@ -51,6 +59,7 @@ class JudgedCases:
     said: pd.DataFrame
     labels: pd.DataFrame | None
     clusters: pd.Series
+    not_honoured: Mapping[str, NotHonoured] = field(default_factory=dict)
 
     @property
     def scenarios(self) -> tuple[str, ...]:
@@ -116,19 +125,36 @@ def load_judged(directory: str | Path) -> JudgedCases:
     """
     directory = Path(directory)
     manifest = load_manifest(directory)
-    results = load_results(directory, _COLUMNS)
+    not_honoured: dict[str, NotHonoured] = {}
+    tables = each_table(directory, manifest, [*_COLUMNS, *_SETTINGS])
+    results = in_order([_without_settings(table, not_honoured) for table in tables])
     order = [m for m in manifest["study"]["methods"] if m in set(results["method"])]
     rows, results = len(results), _judged_by_all(results, len(order))
     if results.empty:
         raise ResultsError(f"{directory}: no case has been judged by all methods yet; resume it")
     first = results.drop_duplicates("method").set_index("method")
     said = outcomes(results)[order]
-    labels = _labels(directory, said) if "labels" in manifest else None
+    labels = _labels(directory, manifest, said) if "labels" in manifest else None
     # Layouts packed from one item list are alike: where lists are known, they are the clusters.
     layouts = said.index.get_level_values("layout")
     clusters = pd.Series(layouts if labels is None else item_lists(labels), said.index)
     keys = {m: _key(m, first.loc[m]) for m in order}
-    return JudgedCases(manifest, keys, rows, results, said, labels, clusters)
+    return JudgedCases(manifest, keys, rows, results, said, labels, clusters, not_honoured)
+
+
+def _without_settings(table: pa.Table, found: dict[str, NotHonoured]) -> pa.Table:
+    """A shard without the settings that were not honoured, which take as much memory as all else.
+
+    Args:
+        table: the shard.
+        found: gets those of its methods on engines.
+    """
+    if table["engine"].null_count < len(table):
+        rows = (table[name].to_pylist() for name in ("method", *_SETTINGS))
+        for method, *settings in zip(*rows, strict=True):
+            for names, more in zip(found.setdefault(method, ({}, {})), settings, strict=True):
+                names |= dict.fromkeys(more)
+    return table.drop_columns(list(_SETTINGS))
 
 
 def _judged_by_all(results: pd.DataFrame, methods: int) -> pd.DataFrame:
@@ -141,9 +167,9 @@ def _key(spec: str, row: pd.Series) -> MethodKey:
     return named(row["method_name"], spec, engine)
 
 
-def _labels(directory: Path, said: pd.DataFrame) -> pd.DataFrame:
+def _labels(directory: Path, manifest: Mapping[str, Any], said: pd.DataFrame) -> pd.DataFrame:
     """The labels of the cases that have been judged, in their order."""
-    labels = load_labels(directory)
+    labels = load_labels(directory, manifest)
     missing = said.index.difference(labels.index)
     if len(missing):
         name, scenario = missing[0]

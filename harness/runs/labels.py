@@ -7,7 +7,7 @@ the labelled set itself.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -22,11 +22,11 @@ from steadyload.layouts.benchmark.dataset import KEYS
 from steadyload.layouts.benchmark.tables import as_parquet, from_parquet, later
 from steadyload.layouts.files.record import Refused
 from steadyload.layouts.files.refusals import Refusals
-from steadyload.layouts.formats import read_written
 from steadyload.layouts.model.layout import Layout, LayoutError
 from steadyload.layouts.model.scenarios import Scenario
 from steadyload.reading import MAX_TABLE_BYTES, content_of
 from steadyload.runs.definition import StudyDefinition
+from steadyload.runs.entries import Spool
 from steadyload.runs.provenance import provenance_lines
 from steadyload.runs.results import kept_file
 
@@ -67,21 +67,25 @@ class Material:
 
     Attributes:
         layouts: as the run folder keeps them, without scenarios; can be iterated once.
-        cases: all cases, from the file that the layouts were written to; each call starts anew.
+        cases: all cases, once ``layouts`` were iterated; can be iterated again, once at a time.
         labels: a row a case, :data:`LABELS`; None without labels.
         about: the manifest's entry on the labels; None without labels.
         refused: layouts of the files that are not valid; complete once ``layouts`` were iterated.
     """
 
     layouts: Iterable[Layout]
-    cases: Callable[[Path], Iterable[Case]]
+    cases: Iterable[Case]
     labels: pd.DataFrame | None = None
     about: dict[str, Any] | None = None
     refused: Refusals = field(default_factory=Refusals)
 
 
-def own_material(study: StudyDefinition) -> Material:
-    """The material of a study without labels.
+def own_material(study: StudyDefinition, held: Spool[Layout]) -> Material:
+    """The material of a study without labels. Its files are read once, its layouts checked once.
+
+    Args:
+        study: its definition.
+        held: holds the cases from then on.
 
     Raises:
         LayoutError, StudyError: when its layouts are read, see
@@ -95,8 +99,13 @@ def own_material(study: StudyDefinition) -> Material:
         name = None if error.file is None else Path(error.file).name
         refused.add(str(LayoutError(error.message, file=name, layout=one.name, item=error.item)))
 
-    layouts = study.layouts(refuse)
-    return Material(layouts, lambda kept: study.cases(read_written(kept)), refused=refused)
+    def layouts() -> Iterator[Layout]:
+        for layout in study.layouts(refuse):
+            for scenario, drawn in study.cases([layout]):
+                held.add(scenario, drawn)
+            yield layout
+
+    return Material(layouts(), held, refused=refused)
 
 
 @dataclass(frozen=True)
@@ -148,7 +157,7 @@ def labelled_material(study: StudyDefinition, benchmark: Benchmark | None = None
     }
     if isinstance(study.benchmark_directory, str):
         about["set"] = study.benchmark_directory
-    return Material(centred, lambda kept: cases, labels, about)
+    return Material(centred, cases, labels, about)
 
 
 def _labels(benchmark: Benchmark, chosen: pd.DataFrame) -> pd.DataFrame:
@@ -179,15 +188,20 @@ def as_labels(labels: pd.DataFrame) -> bytes:
     return as_parquet(labels, LABELS)
 
 
-def load_labels(directory: str | Path) -> pd.DataFrame:
+def load_labels(directory: str | Path, manifest: Mapping[str, Any] | None = None) -> pd.DataFrame:
     """The labels of a run folder, columns of :data:`LABELS`, indexed by layout and scenario.
 
     Numbers and truth values that may be missing come as pandas' nullable types.
 
+    Args:
+        directory: the run folder.
+        manifest: of it; None reads it.
+
     Raises:
         ResultsError: there are none, or the file is damaged.
     """
-    frame = from_parquet(content_of(kept_file(directory, LABELS_FILE), MAX_TABLE_BYTES), LABELS)
+    file = kept_file(directory, LABELS_FILE, manifest)
+    frame = from_parquet(content_of(file, MAX_TABLE_BYTES), LABELS)
     return frame.astype({"robust": "boolean"}).set_index(KEYS)
 
 

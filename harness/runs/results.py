@@ -10,7 +10,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import logging
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -156,9 +156,14 @@ def load_results(directory: str | Path, columns: Sequence[str] | None = None) ->
             one without all of its shards.
     """
     read = None if columns is None else [*columns, *KEYS]
-    tables = list(_shards(Path(directory), read))
-    rows = _frame(pa.concat_tables(tables)).sort_values(KEYS, kind="stable", ignore_index=True)
+    rows = in_order(each_table(directory, load_manifest(directory), read))
     return rows if columns is None else rows[list(columns)]
+
+
+def in_order(tables: Iterable[pa.Table]) -> pd.DataFrame:
+    """The rows of shards, all of them, sorted by :data:`KEYS`."""
+    rows = _frame(pa.concat_tables(tables))
+    return rows.sort_values(KEYS, kind="stable", ignore_index=True)
 
 
 def each_shard(
@@ -173,16 +178,27 @@ def each_shard(
     Raises:
         ResultsError: as :func:`load_results`.
     """
-    for table in _shards(Path(directory), columns):
+    for table in each_table(directory, load_manifest(directory), columns):
         rows = _frame(table)
         yield rows if columns is None else rows[list(columns)]
 
 
-def _shards(directory: Path, columns: Sequence[str] | None) -> Iterator[pa.Table]:
-    """The tables of the existing shards of a run, one after the other, as they are stored."""
+def each_table(
+    directory: str | Path, manifest: Mapping[str, Any], columns: Sequence[str] | None = None
+) -> Iterator[pa.Table]:
+    """The tables of the existing shards of a run, one after the other, each read once.
+
+    Args:
+        directory: the run folder.
+        manifest: of it.
+        columns: those to read, as rows are handed out; None for all.
+
+    Raises:
+        ResultsError: as :func:`load_results`.
+    """
+    directory = Path(directory)
     if columns is not None:
         columns = list(dict.fromkeys(_STORED.get(name, name) for name in columns))
-    manifest = load_manifest(directory)
     found = manifest["schema_version"]
     if found != SCHEMA_VERSION:
         raise ResultsError(
@@ -208,14 +224,20 @@ def _shards(directory: Path, columns: Sequence[str] | None) -> Iterator[pa.Table
         yield store.decoded(key, partial(_decoded, columns=columns))
 
 
-def kept_file(directory: str | Path, name: str) -> Path:
+def kept_file(directory: str | Path, name: str, manifest: Mapping[str, Any] | None = None) -> Path:
     """A single file of a run folder, as it was written.
+
+    Args:
+        directory: the run folder.
+        name: of the file.
+        manifest: of the folder; None reads it.
 
     Raises:
         ResultsError: not a run folder, or the file is missing or damaged.
     """
     path = Path(directory) / name
-    expected, found = load_manifest(directory).get("files", {}).get(name), checksum_of(path)
+    manifest = load_manifest(directory) if manifest is None else manifest
+    expected, found = manifest.get("files", {}).get(name), checksum_of(path)
     if not found:
         raise ResultsError(f"{path}: is missing; run the study again to write it anew")
     if found != expected:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 import logging
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
@@ -27,9 +27,10 @@ from steadyload.atomic import (
 from steadyload.layouts.benchmark import Benchmark
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.model.layout import Layout
-from steadyload.methods.registry import make_method
+from steadyload.methods.contract.method import Method
 from steadyload.progress import Progress, silent
 from steadyload.runs.definition import StudyDefinition
+from steadyload.runs.entries import Spool
 from steadyload.runs.envelope_use import EnvelopeCount
 from steadyload.runs.kept_only import NotKeptError, refuse_unless_kept
 from steadyload.runs.labels import (
@@ -109,20 +110,23 @@ def run_study(
     """
     if resume and not (directory / "manifest.json").exists():
         raise ResultsError(f"{directory}: holds no run to resume")
-    for spec in study.methods:
-        make_method(spec).prepare()
-    if study.benchmark is None:
-        material = own_material(study)
-    else:
-        material = labelled_material(study, benchmark)
-    _claim(directory, study)
-    with locked(directory):
-        limit = limit or hard_limit(study.timeout)
-        return _run(study, material, directory, workers, rerun, limit, progress)
+    judges = [method.anew() for method in study.made]
+    for method in judges:
+        method.prepare()
+    with Spool[Layout]() as held:
+        if study.benchmark is None:
+            material = own_material(study, held)
+        else:
+            material = labelled_material(study, benchmark)
+        _claim(directory, study)
+        with locked(directory):
+            limit = limit or hard_limit(study.timeout)
+            return _run(study, judges, material, directory, workers, rerun, limit, progress)
 
 
 def _run(
     study: StudyDefinition,
+    judges: Sequence[Method],
     material: Material,
     directory: Path,
     workers: int | Executor,
@@ -133,11 +137,11 @@ def _run(
     store, layouts, kept = result_store(directory), directory / _FRESH, directory / LAYOUTS_FILE
     for name in _SINGLE_FILES:
         clear_unfinished(directory, name)
-    made_by = made_now(study.methods)
-    passing = _Passing(EnvelopeCount(study.methods), of_cases=material.about is not None)
+    made_by = made_now(judges)
+    passing = _Passing(EnvelopeCount(judges), of_cases=material.about is not None)
     write_layouts(without_link(layouts), passing.kept(material.layouts), Format.NATIVE)
     labels = None if material.labels is None else as_labels(material.labels)
-    units = study_units(study, passing.judged(material.cases(layouts)), made_by)
+    units = study_units(study, passing.judged(material.cases), made_by)
     survey = store.survey(units, rerun=rerun)
     manifest = _manifest(study, material, passing, survey)
     manifest["files"] = {LAYOUTS_FILE: checksum_of(layouts)}
@@ -161,7 +165,7 @@ def _run(
     else:
         write_atomically(directory / LABELS_FILE, labels)
     computed = store.complete(
-        study_units(study, material.cases(kept), made_by),
+        study_units(study, material.cases, made_by),
         judge_unit,
         crashed=crashed_row,
         limit=limit,

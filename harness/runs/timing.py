@@ -26,6 +26,7 @@ from steadyload.methods.registry import make_method
 from steadyload.progress import Progress, silent
 from steadyload.reading import MAX_STORED_BYTES, content_of, json_of
 from steadyload.runs.asked import Asked, asked, measured
+from steadyload.runs.methods_here import method_named
 from steadyload.runs.store import JSON, Store, locked
 from steadyload.runs.units import MadeBy, made_now
 
@@ -111,7 +112,7 @@ class Turn(Asked[dict[str, Any]], question="times in turns", version=VERSION, pr
     def measure(self) -> dict[str, Any]:
         """The load of the machine meanwhile, and by method CPU and wall times [ms] of layouts."""
         names = tuple(self.made_by)
-        methods = {spec: make_method(spec) for spec in names}
+        methods = {spec: method_named(spec) for spec in names}
         for method in methods.values():
             method.prepare(max(map(len, self.layouts)))
             judge(method, self.layouts[0])
@@ -179,7 +180,8 @@ def timed(
     if not methods:
         return Times({}, {}, None)
     chosen = tuple(layouts)
-    made = made_now(methods)
+    named = {spec: make_method(spec) for spec in methods}
+    made = made_now(named.values())
     turns = [Turn(made, chosen, block, repeat) for repeat in range(repeats)]
     with locked(folder):
         store = Store(folder, JSON)
@@ -187,7 +189,7 @@ def timed(
         kept = [entry for turn in turns for entry in store.read(turn.key)]
     loads = [entry["load"] for entry in kept]
     cpu, wall = (
-        {spec: np.array([entry[clock][spec] for entry in kept]) for spec in methods}
+        {spec: np.array([entry[clock][str(one)] for entry in kept]) for spec, one in named.items()}
         for clock in ("cpu", "wall")
     )
     return Times(cpu, wall, None if None in loads else max(loads))

@@ -10,9 +10,9 @@ from typing import Any
 
 from steadyload.layouts.model.layout import Layout
 from steadyload.methods.contract.method import Method, Status, Verdict, judge
-from steadyload.methods.registry import make_method
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.labels import Case
+from steadyload.runs.methods_here import method_named, use_methods
 from steadyload.runs.pool import PartLimit
 from steadyload.runs.provenance import key_of, made_by
 from steadyload.runs.results import SCHEMA_VERSION, ResultsError, result_row
@@ -54,16 +54,22 @@ class Unit:
         return f"{self.method} on layout {layout.name!r} ({scenario})"
 
 
-def made_now(methods: Iterable[str]) -> dict[str, MadeBy]:
-    """Everything that rows of methods depend on, by method, with the present code and packages."""
+def made_now(methods: Iterable[Method]) -> dict[str, MadeBy]:
+    """Everything that rows of methods depend on, by method, with the present code and packages.
+
+    Args:
+        methods: by which this process judges from now on, see :mod:`steadyload.runs.methods_here`.
+    """
+    chosen = list(methods)
+    use_methods(chosen)
     _made_here.cache_clear()
-    return {spec: _made_here(spec) for spec in methods}
+    return {spec: _made_here(spec) for spec in map(str, chosen)}
 
 
 @cache
 def _made_here(spec: str) -> MadeBy:
     """Everything that a method's rows depend on in this process."""
-    return made_by(make_method(spec))
+    return made_by(method_named(spec))
 
 
 def study_units(
@@ -111,7 +117,7 @@ def judge_unit(unit: Unit) -> Iterator[Row]:
         OtherCodeError: the versions of parts or packages here are not those that the unit states.
     """
     _check(unit)
-    method = make_method(unit.method)
+    method = method_named(unit.method)
     method.prepare(max(len(layout) for _, _, layout in unit.judgements))
     return _rows(method, unit)
 
@@ -169,4 +175,4 @@ def timed_out_row(unit: Unit, part: int, reason: str) -> Row:
 def _row_without_verdict(unit: Unit, part: int, status: Status, reason: str) -> Row:
     repetition, scenario, layout = unit.judgements[part]
     verdict = Verdict(item_count=len(layout), status=status, reason=reason)
-    return result_row(layout, scenario, make_method(unit.method), repetition, verdict)
+    return result_row(layout, scenario, method_named(unit.method), repetition, verdict)

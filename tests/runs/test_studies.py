@@ -187,7 +187,7 @@ def test_a_raised_version_counts_as_missing(study_file, tmp_path, monkeypatch):
 
 
 def test_other_code_where_it_is_judged_is_refused(stack):
-    made_by = made_now(["sme"])["sme"]
+    made_by = made_now([make_method("sme")])["sme"]
     judgements = ((0, "S1", stack(0.0)),)
     assert len(list(judge_unit(Unit("sme", judgements, Path("x"), made_by)))) == 1
     for name, value, message in (

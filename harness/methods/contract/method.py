@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping
 from enum import StrEnum
 from functools import partial
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -244,6 +244,10 @@ class Method(ABC):
 
     def __str__(self) -> str:
         return str(self.spec)
+
+    def anew(self) -> Self:
+        """The same method, which has read none of the files that it names yet."""
+        return type(self)(self.spec, self.parameters)
 
     @property
     def traits(self) -> frozenset[Trait]:

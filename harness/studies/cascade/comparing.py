@@ -252,7 +252,7 @@ def compare(
     others = [method for method in rows if not method.budget]
     simulations = [method for method in others if method.method.engine]
     labels = load_labels(run)
-    steps, layouts = _decisions(cascade, labelled_material(definition).cases(run), labels)
+    steps, layouts = _decisions(cascade, labelled_material(definition).cases, labels)
     fitted_on = [made_by.get("directory") or "", *made_by["data"]]  # sets; empty: the large one
     return Found(
         part=f"{directory} {part}".strip(),

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,7 +11,7 @@ import pandas as pd
 
 from steadyload.layouts.model.layout import Layout
 from steadyload.layouts.model.naming import box_id
-from steadyload.runs.answers import LABEL, judged_layouts
+from steadyload.runs.answers import LABEL, Case
 from steadyload.runs.judged import JudgedCases
 
 _MOST = 10
@@ -34,15 +33,9 @@ class Disagreement:
     marked: tuple[int, ...]
 
 
-def disagreements(judged: JudgedCases, kept: Path) -> tuple[Disagreement, ...]:
-    """The cases that divide the methods most: simulations first, since they claim to be exact.
-
-    Args:
-        judged: the cases and verdicts.
-        kept: the file that the layouts were written to.
-    """
-    said, keys, labels = judged.said, judged.keys, judged.labels
-    results = judged.results
+def most_divided(judged: JudgedCases) -> list[Case]:
+    """The cases that divide the methods most: simulations first, since they claim to be exact."""
+    said, keys = judged.said, judged.keys
     simulated = [m for m, key in keys.items() if key.engine] or list(keys)
     ranking = pd.DataFrame(
         {
@@ -53,10 +46,22 @@ def disagreements(judged: JudgedCases, kept: Path) -> tuple[Disagreement, ...]:
     ranking = ranking[ranking["distinct"] > 1].sort_values(
         ["divided", "distinct"], ascending=False, kind="stable"
     )
+    return list(ranking.index[:_MOST])
+
+
+def disagreements(
+    judged: JudgedCases, shown: Sequence[Case], layouts: Mapping[Case, Layout]
+) -> tuple[Disagreement, ...]:
+    """Some cases with all that is said of them.
+
+    Args:
+        judged: the cases and verdicts.
+        shown: those of :func:`most_divided`.
+        layouts: of these, and perhaps of others.
+    """
+    keys, labels, results = judged.keys, judged.labels, judged.results
     rows = results[results["repetition"] == 0].set_index(["layout", "scenario", "method"])
     found = []
-    shown = ranking.index[:_MOST]
-    layouts = judged_layouts(judged, kept, list(shown))
     for name, scenario in shown:
         layout, label = layouts[name, scenario], {}
         if labels is not None:

@@ -13,12 +13,13 @@ import numpy as np
 from steadyload.engines.world import SETTINGS
 from steadyload.methods.naming import MethodKey
 from steadyload.runs.agreement import COMMON, AgreementMatrix, agreement_matrix, tuning
+from steadyload.runs.answers import judged_layouts, listed_cases
 from steadyload.runs.evaluation import ALL, Evaluation, MethodEvaluation, evaluate
 from steadyload.runs.judged import JudgedCases, load_judged, manifest_lines
-from steadyload.runs.results import LAYOUTS_FILE, each_shard, kept_file
+from steadyload.runs.results import LAYOUTS_FILE, kept_file
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import agreement, mean, same
-from steadyload.studies.comparison.disagreements import Disagreement, disagreements
+from steadyload.studies.comparison.disagreements import Disagreement, disagreements, most_divided
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,12 +97,14 @@ def compare(directory: str | Path) -> Comparison:
     directory = Path(directory)
     judged = load_judged(directory)
     manifest, results, said, keys = judged.manifest, judged.results, judged.said, judged.keys
-    layouts = kept_file(directory, LAYOUTS_FILE)
+    kept, divided = kept_file(directory, LAYOUTS_FILE, manifest), most_divided(judged)
+    layouts = judged_layouts(judged, kept, {*listed_cases(judged), *divided})
     evaluation = evaluate(judged)
     first = results.drop_duplicates("method").set_index("method")["parameters"]
     engines = {m: key for m, key in keys.items() if key.engine}
-    kept = _not_honoured(directory) if engines else {}
-    uses = tuple(_settings_use(key, first[m], *kept[m]) for m, key in engines.items())
+    uses = tuple(
+        _settings_use(key, first[m], *judged.not_honoured[m]) for m, key in engines.items()
+    )
     return Comparison(
         title=manifest["study"]["name"],
         cases=len(said),
@@ -112,7 +115,7 @@ def compare(directory: str | Path) -> Comparison:
         matrix=agreement_matrix(judged, layouts),
         tunings=_same_tunings(judged, evaluation, uses),
         uses=uses,
-        disagreements=disagreements(judged, layouts),
+        disagreements=disagreements(judged, divided, layouts),
         disputed=int((said.nunique(axis=1, dropna=False) > 1).sum()),
         missing_rows=manifest["rows"] - judged.rows,
         missing_methods=tuple(m for m in manifest["study"]["methods"] if m not in keys),
@@ -154,17 +157,6 @@ def _mean_agreement(judged: JudgedCases, group: str) -> dict[str, Estimate | Non
         others = [m for m, k in judged.keys.items() if k.engine and k.engine != key.engine]
         equal = [same(said, spec, other) for other in others]
         found[spec] = mean(np.stack(equal).mean(axis=0), clusters) if equal else None
-    return found
-
-
-def _not_honoured(directory: Path) -> dict[str, tuple[dict[str, None], dict[str, None]]]:
-    """By method, settings that its engine ignored and emulated, in the order of the rows."""
-    found: dict[str, tuple[dict[str, None], dict[str, None]]] = {}
-    for shard in each_shard(directory, ["method", "ignored", "emulated"]):
-        for method, rows in shard.groupby("method"):
-            ignored, emulated = found.setdefault(str(method), ({}, {}))
-            ignored |= dict.fromkeys(name for names in rows["ignored"] for name in names)
-            emulated |= dict.fromkeys(name for names in rows["emulated"] for name in names)
     return found
 
 

@@ -79,9 +79,7 @@ def judge_changed(
     material = labelled_material(of_labels)
     labels = material.labels
     assert labels is not None
-    layouts = [
-        layout.renamed(f"{layout.name} {scenario}") for scenario, layout in material.cases(work)
-    ]
+    layouts = [layout.renamed(f"{layout.name} {scenario}") for scenario, layout in material.cases]
     order = [layout.name for layout in layouts]
     placed = items_placed_by_case(labels["failing_step"], labels["item_count"])
     cases = pd.DataFrame(

@@ -269,8 +269,7 @@ def _timed(
     study = asked.study(planar=planar)
     fewer = dataclasses.replace(study, limit=min(asked.timed, asked.limit or asked.timed))
     cases = {
-        (layout.name, str(scenario)): layout
-        for scenario, layout in labelled_material(fewer).cases(folder)
+        (layout.name, str(scenario)): layout for scenario, layout in labelled_material(fewer).cases
     }
     untimed, refused = _not_judged(folder, list(cases))
     for case in set().union(*refused.values()):

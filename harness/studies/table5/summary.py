@@ -25,6 +25,7 @@ from steadyload.methods.registry import make_method
 from steadyload.methods.simulation.scene import planar_scene
 from steadyload.methods.simulation.simulation import Simulation
 from steadyload.runs.agreement import AgreementMatrix, agreement_matrix, tuning
+from steadyload.runs.answers import judged_layouts, listed_cases
 from steadyload.runs.comparison import Family, PairTest
 from steadyload.runs.costs import timed_costs
 from steadyload.runs.evaluation import (
@@ -255,6 +256,7 @@ def _judged_set(
     compared = evaluation.compared().right.items()
     right = pd.DataFrame({key.spec: own for key, own in compared}, said.index)
     against = _held_against(evaluation).spec
+    kept = kept_file(ran.directory, LAYOUTS_FILE, judged.manifest)
     cases = benchmark.cases.set_index(KEYS).loc[said.index]
     found = JudgedSet(
         evaluation=evaluation,
@@ -268,7 +270,7 @@ def _judged_set(
         fronts={
             group: on_front(map(Measured.of, evaluation.rows[group])) for group in evaluation.groups
         },
-        matrix=agreement_matrix(judged, kept_file(ran.directory, LAYOUTS_FILE)),
+        matrix=agreement_matrix(judged, judged_layouts(judged, kept, listed_cases(judged))),
         classes=class_bins(right, labels),
         sizes=size_bins(right, labels),
         margins=margin_bins(said, labels, list(cases["margin"])),
