@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from steadyload import compilation
-from steadyload.kernels import constants
+from steadyload.statics.kernels import constants
 
 _COMPILED = ("features", "inference", "convex_hull", "ranges", "support")
 """The files that hold compiled functions."""

@@ -15,8 +15,8 @@ FOLDERS = {"harness": "", "engines": "engines.", "learners": "learners.", "repor
 """Folder of the repository -> where it is installed below ``steadyload``."""
 
 _LAYOUTS = {
-    "layouts", "kernels", "statistics", "atomic", "errors", "escaping", "numbers", "reading",
-    "stored", "notebook", "plugins", "progress", "config",
+    "layouts", "statics.kernels", "statistics", "atomic", "errors", "escaping", "numbers",
+    "reading", "stored", "notebook", "plugins", "progress", "config",
 }  # fmt: skip
 _METHODS = {"methods", "engines", "bearing", "time_limit", *_LAYOUTS}
 _RUNS = {"runs", *_METHODS}
@@ -35,7 +35,8 @@ ALLOWED = {
     "time_limit": {"errors", "numbers"},
     "reports": {"reports", "statistics", "atomic", "errors", "escaping", "reading"},
     "compilation": set(),
-    "kernels": {"kernels", "compilation"},
+    "statics.kernels": {"statics.kernels", "compilation"},
+    "statics": {"statics"},
     "engines": {"engines", "compilation"},
     "atomic": {"errors"},
     "reading": {"errors", "escaping"},
@@ -54,6 +55,9 @@ ALLOWED = {
     "studies": {"studies", "app", "reports", *_LIBRARIES},
     "cli": {"cli", "studies", "app", "reports", *_LIBRARIES},
 }
+
+KERNELS = "statics.kernels"
+"""The one folder of a package that is a floor of its own."""
 
 ROOMS = {
     "layouts.model": set(),
@@ -130,7 +134,8 @@ def imports(path, known):
 
 
 def floor(name):
-    return name.partition(".")[0]
+    """The package of a module; layouts stand between kernels and the rest of statics."""
+    return KERNELS if f"{name}.".startswith(f"{KERNELS}.") else name.partition(".")[0]
 
 
 def faults(root):
@@ -229,6 +234,8 @@ def test_every_room_of_a_package_is_listed():
          "reports.table imports layouts.model.layout"),
         ("harness/app/recommend/front.py", "from steadyload.reports.table import percent",
          "app.recommend.front computes, and imports reports.table"),
+        ("harness/statics/kernels/cells.py", "import steadyload.layouts.model.layout",
+         "statics.kernels.cells imports layouts.model.layout"),
         ("engines/errors.py", "if TYPE_CHECKING:\n    from steadyload.engines.world import World",
          "engines.errors is part of a circle"),
         ("harness/methods/simulation/scene.py", "import steadyload.methods.equilibrium.balance",
@@ -367,7 +374,7 @@ FREE = {
     "atomic": "writes",
     "tuning.ledger": "writes",
     "engines.reference.compiled": "the source of the program",
-    "kernels.compiled": "the source of the program",
+    "statics.kernels.compiled": "the source of the program",
     "learners.compiled": "the source of the program",
     "runs.provenance": "the source of the program, and the kind of processor",
     "engines.checks.protocol": "the memory of this process",

@@ -16,13 +16,13 @@ from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 from scipy.sparse import block_array, csc_array, diags_array, eye_array
 
-from steadyload import kernels
 from steadyload.bearing.cones import is_solved, solve_cones
 from steadyload.bearing.corners import corner_entries
 from steadyload.bearing.pressing import Corners
-from steadyload.kernels.constants import EDGE
 from steadyload.layouts.model.contacts import FLOOR, Supports, find_supports
 from steadyload.layouts.model.layout import Arrangement, FloatArray
+from steadyload.statics import kernels
+from steadyload.statics.kernels.constants import EDGE
 
 _BALANCED = 1e-7
 """What may be left of a box's weight, and of its moments, in balance; of what it carries."""

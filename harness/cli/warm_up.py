@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from steadyload.compilation import Part
 
 PARTS = (
-    "steadyload.kernels.compiled:PART",
+    "steadyload.statics.kernels.compiled:PART",
     "steadyload.learners.compiled:PART",
     "steadyload.engines.reference.compiled:PART",
 )

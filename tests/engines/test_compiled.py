@@ -9,8 +9,8 @@ import pytest
 
 from steadyload import compilation
 from steadyload.engines.reference import compiled
-from steadyload.kernels import constants
 from steadyload.learners import compiled as learners
+from steadyload.statics.kernels import constants
 
 
 def imported(folder):

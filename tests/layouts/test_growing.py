@@ -7,14 +7,14 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from steadyload.kernels.cells import SLABS, enter, items_near, leave
-from steadyload.kernels.growing import first_arrays
 from steadyload.layouts import Item, Layout, LayoutError, Pallet
 from steadyload.layouts.model.contacts import FLOOR, find_supports
 from steadyload.layouts.model.growing import GrowingLayout
 from steadyload.layouts.packing.packing import random_layouts
 from steadyload.methods.simulation.scene import neighbourhood
 from steadyload.properties.strategies import layouts, packings
+from steadyload.statics.kernels.cells import SLABS, enter, items_near, leave
+from steadyload.statics.kernels.growing import first_arrays
 
 FEW = settings(
     max_examples=60, deadline=None, derandomize=True, database=None,

@@ -4,7 +4,7 @@ import subprocess
 import sys
 
 CODE = """
-from steadyload.kernels import balance, base_support, sme
+from steadyload.statics.kernels import balance, base_support, sme
 from steadyload.methods.registry import make_method
 
 kernels = (sme.first_unsupported, base_support.first_with_little_support, balance.first_unbalanced)

@@ -13,7 +13,6 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from steadyload.engines.world import EngineError
-from steadyload.kernels.growing import ARRAYS
 from steadyload.layouts import Item, Layout, LayoutError, Pallet
 from steadyload.layouts.model.contacts import find_supports
 from steadyload.layouts.packing.packing import random_layouts
@@ -25,6 +24,7 @@ from steadyload.methods.equilibrium.touching import touching_points
 from steadyload.methods.session.session import LoadingSession, SessionError
 from steadyload.methods.simulation.placements import Placements
 from steadyload.properties.strategies import layouts, packings
+from steadyload.statics.kernels.growing import ARRAYS
 
 FEW = settings(
     max_examples=40, deadline=None, derandomize=True, database=None,

@@ -6,11 +6,11 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from steadyload.kernels.constants import TOLERANCE
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.methods import make_method
 from steadyload.methods.equilibrium.balance import VerticalBalance
 from steadyload.methods.session.session import LoadingSession
+from steadyload.statics.kernels.constants import TOLERANCE
 
 PALLET = Pallet(40.0, 4000.0, 60.0)
 

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from steadyload import kernels, time_limit
+from steadyload import time_limit
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.methods import make_method
 from steadyload.methods.contract import stopwatch
@@ -14,6 +14,7 @@ from steadyload.methods.contract.method import Status
 from steadyload.methods.contract.stopwatch import Stopwatch
 from steadyload.methods.equilibrium import equilibrium
 from steadyload.runs.pool import run_units
+from steadyload.statics import kernels
 from steadyload.time_limit import BACKSTOP, TimeoutExpiredError, seconds_of_process
 
 

@@ -9,9 +9,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from steadyload import kernels
-from steadyload.kernels.constants import FLOOR as FLOOR
 from steadyload.layouts.model.layout import TOLERANCE, Arrangement, FloatArray
+from steadyload.statics import kernels
+from steadyload.statics.kernels.constants import FLOOR as FLOOR
 
 VERSION = 1
 """Of contacts, supports and layouts that grow: raised when others are found."""

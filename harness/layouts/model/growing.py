@@ -9,8 +9,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from steadyload import kernels
-from steadyload.kernels.constants import FULL, OUTSIDE, OVERLAPS, STANDS
 from steadyload.layouts.model.contacts import Patch, Supports
 from steadyload.layouts.model.floor import Floor, FloorKind
 from steadyload.layouts.model.layout import (
@@ -23,9 +21,11 @@ from steadyload.layouts.model.layout import (
     outside_error,
     overlap_error,
 )
+from steadyload.statics import kernels
+from steadyload.statics.kernels.constants import FULL, OUTSIDE, OVERLAPS, STANDS
 
 Rule = Callable[..., Any]
-"""A compiled function of :mod:`steadyload.kernels.placing`."""
+"""A compiled function of :mod:`steadyload.statics.kernels.placing`."""
 
 _AT_ONCE = 100
 """Positions that one compiled call looks at: between two, a user can interrupt."""
@@ -37,8 +37,8 @@ class GrowingLayout:
     """The items loaded so far, with the items each one stands on and those near it.
 
     What is true of a :class:`Layout` of the same items is true of it at any time, numbers included
-    to the last bit. It is kept in the arrays of :mod:`steadyload.kernels.growing`, where compiled
-    rules judge items as they place them.
+    to the last bit. It is kept in the arrays of :mod:`steadyload.statics.kernels.growing`, where
+    compiled rules judge items as they place them.
 
     Args:
         pallet: its contour holds all items, to within :data:`TOLERANCE`.
@@ -111,7 +111,7 @@ class GrowingLayout:
 
         Args:
             item: its sequence number is the number of items.
-            rule: a ``place_...`` of :mod:`steadyload.kernels.placing`.
+            rule: a ``place_...`` of :mod:`steadyload.statics.kernels.placing`.
             how: its parameters.
 
         Returns:
@@ -141,7 +141,7 @@ class GrowingLayout:
         Args:
             item: its own position does not matter.
             positions: lower corners [cm], shape (K, 3).
-            rule: a ``stands_...`` of :mod:`steadyload.kernels.placing`.
+            rule: a ``stands_...`` of :mod:`steadyload.statics.kernels.placing`.
             how: its parameters.
         """
         found = np.empty(len(positions), dtype=np.int8)

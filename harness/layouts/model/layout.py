@@ -14,8 +14,6 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from steadyload.escaping import shown
-from steadyload.kernels.constants import STATED_TOLERANCE
-from steadyload.kernels.constants import TOLERANCE as TOLERANCE
 from steadyload.layouts.model.checks import FloatArray as FloatArray
 from steadyload.layouts.model.checks import digest_of, unprintable
 from steadyload.layouts.model.floor import Floor, FloorKind
@@ -28,6 +26,8 @@ from steadyload.layouts.model.item import Vector as Vector
 from steadyload.layouts.model.overlaps import deepest_overlap
 from steadyload.layouts.model.pallet import Pallet as Pallet
 from steadyload.notebook import ShownInNotebook
+from steadyload.statics.kernels.constants import STATED_TOLERANCE
+from steadyload.statics.kernels.constants import TOLERANCE as TOLERANCE
 
 WITHIN: tuple[Part, ...] = (" (+-", Length(STATED_TOLERANCE, bare=True), ")")
 """Parts of a message, after lengths: how far off they may be."""

@@ -8,8 +8,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from steadyload.kernels.constants import TOLERANCE
 from steadyload.layouts.model.checks import FloatArray
+from steadyload.statics.kernels.constants import TOLERANCE
 
 _BLOCK = 256
 """Items of a large layout that are compared with all at a time."""

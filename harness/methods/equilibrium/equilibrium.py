@@ -11,11 +11,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from steadyload import kernels
 from steadyload.engines.attitudes import cross
 from steadyload.engines.quantities import quantity
 from steadyload.engines.world import GRAVITY
-from steadyload.kernels.constants import BALANCED, UNBALANCED, UNRESOLVED
 from steadyload.layouts.model.batch import LayoutBatch
 from steadyload.layouts.model.contacts import VERSION as CONTACTS
 from steadyload.layouts.model.contacts import find_supports
@@ -43,6 +41,8 @@ from steadyload.methods.equilibrium.resolution import fastest, unresolved
 from steadyload.methods.equilibrium.touching import touching_points
 from steadyload.methods.rules.rule_loading import BalancedLoader
 from steadyload.methods.simulation.criteria import Movement
+from steadyload.statics import kernels
+from steadyload.statics.kernels.constants import BALANCED, UNBALANCED, UNRESOLVED
 
 
 class Cones(StrEnum):

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from steadyload import kernels
 from steadyload.layouts.model.layout import FloatArray
+from steadyload.statics import kernels
 
 
 def nonnegative_least_squares(

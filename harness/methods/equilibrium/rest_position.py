@@ -21,9 +21,9 @@ from numpy.typing import NDArray
 from scipy.optimize import Bounds, LinearConstraint, milp
 from scipy.sparse import csc_array, csr_array
 
-from steadyload.kernels.constants import FLOOR
 from steadyload.layouts.model.layout import TOLERANCE, FloatArray, Layout
 from steadyload.methods.simulation.criteria import Movement
+from steadyload.statics.kernels.constants import FLOOR
 
 VERSION = 1
 """Of rest positions: raised when others are found."""

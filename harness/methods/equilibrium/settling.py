@@ -9,9 +9,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from steadyload import kernels
 from steadyload.engines.quantities import quantity
-from steadyload.kernels.constants import BALANCED
 from steadyload.layouts.model.contacts import VERSION as CONTACTS
 from steadyload.layouts.model.contacts import find_supports
 from steadyload.layouts.model.layout import Layout
@@ -31,6 +29,8 @@ from steadyload.methods.equilibrium.balance import VerticalBalance, inset
 from steadyload.methods.equilibrium.rest_position import VERSION as REST
 from steadyload.methods.equilibrium.rest_position import RestPositions
 from steadyload.methods.simulation.criteria import Movement
+from steadyload.statics import kernels
+from steadyload.statics.kernels.constants import BALANCED
 
 AT_REST = Movement(-1, 0.0, 0.0, 0.0)
 """Where nothing moves at all."""

@@ -8,9 +8,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from steadyload import kernels
 from steadyload.engines.quantities import quantity
-from steadyload.kernels.constants import ROUNDING
 from steadyload.layouts.model.batch import LayoutBatch
 from steadyload.layouts.model.contacts import VERSION as CONTACTS
 from steadyload.layouts.model.contacts import Contacts, find_contacts
@@ -29,6 +27,8 @@ from steadyload.methods.contract.method import (
 from steadyload.methods.contract.spec import NoParameters
 from steadyload.methods.contract.warming import judge_one_item
 from steadyload.methods.rules.rule_loading import RuleLoader
+from steadyload.statics import kernels
+from steadyload.statics.kernels.constants import ROUNDING
 
 
 @dataclass(frozen=True)

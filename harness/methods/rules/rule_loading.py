@@ -7,16 +7,16 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from steadyload import kernels
-from steadyload.kernels.constants import FAILS, STANDS, UNRESOLVED
 from steadyload.layouts.model.growing import GrowingLayout, Rule
 from steadyload.layouts.model.layout import FloatArray, Item
 from steadyload.methods.contract.method import STABLE, Finding, Loader, Stopwatch
+from steadyload.statics import kernels
+from steadyload.statics.kernels.constants import FAILS, STANDS, UNRESOLVED
 
 
 class RuleLoader(Loader):
-    """A loader by a pair of functions of :mod:`steadyload.kernels.placing`, which keep all that
-    there is to keep in the layout's arrays.
+    """A loader by a pair of functions of :mod:`steadyload.statics.kernels.placing`, which keep all
+    that there is to keep in the layout's arrays.
 
     Args:
         layout: what is loaded.

@@ -7,7 +7,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import ClassVar
 
-from steadyload import kernels
 from steadyload.layouts.model.batch import LayoutBatch
 from steadyload.layouts.model.contacts import VERSION as CONTACTS
 from steadyload.layouts.model.growing import GrowingLayout
@@ -24,6 +23,7 @@ from steadyload.methods.contract.method import (
 from steadyload.methods.contract.spec import NoParameters
 from steadyload.methods.contract.warming import judge_one_item
 from steadyload.methods.rules.rule_loading import RuleLoader
+from steadyload.statics import kernels
 
 
 class StaticMechanicalEquilibrium(Method):

@@ -7,14 +7,14 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from steadyload import kernels
 from steadyload.engines.attitudes import rotate
-from steadyload.kernels.constants import UNBALANCED, UNRESOLVED
 from steadyload.layouts.model.layout import FloatArray, Layout
 from steadyload.methods.contract.method import Finding
 from steadyload.methods.simulation.criteria import Indices
 from steadyload.methods.simulation.placements import Placements
 from steadyload.methods.simulation.scene import Across, gaps, in_layout, neighbourhood
+from steadyload.statics import kernels
+from steadyload.statics.kernels.constants import UNBALANCED, UNRESOLVED
 
 BoolArray = NDArray[np.bool_]
 
@@ -157,7 +157,9 @@ class MovingItems:
         return fixed[touches.any(axis=1)]
 
     def _keep(self, free: Indices, low: FloatArray, high: FloatArray, beyond: float) -> None:
-        """Keep the answer for what comes later; see :class:`steadyload.kernels.timed_balance`."""
+        """Keep the answer for what comes later; see
+        :class:`steadyload.statics.kernels.timed_balance`.
+        """
         loading, layout = self._loading, self._layout
         loading.answers[free] = len(self._answers)
         self._answers.append(beyond)

@@ -1,7 +1,7 @@
 """Motion of a group of items that lost its balance, over a given time: a model, no simulation.
 
 The model is that of :mod:`steadyload.methods.equilibrium.motion`, which tells what it assumes.
-Items that stay at rest are not solved for: see :mod:`steadyload.kernels.local_balance`.
+Items that stay at rest are not solved for: see :mod:`steadyload.statics.kernels.local_balance`.
 """
 
 from __future__ import annotations
@@ -10,19 +10,19 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from steadyload.kernels.carrying import FREE, WAITING, first_overloaded
-from steadyload.kernels.compiled import compiled
-from steadyload.kernels.constants import EVENTS, FLOOR
-from steadyload.kernels.contacts import Contacts
-from steadyload.kernels.group_forces import (
+from steadyload.statics.kernels.carrying import FREE, WAITING, first_overloaded
+from steadyload.statics.kernels.compiled import compiled
+from steadyload.statics.kernels.constants import EVENTS, FLOOR
+from steadyload.statics.kernels.contacts import Contacts
+from steadyload.statics.kernels.group_forces import (
     drop_rounding,
     least_forces,
     thin_side,
     wrenches_of,
 )
-from steadyload.kernels.local_balance import forget, free_with_those_above
-from steadyload.kernels.pendulums import coast, growth_of
-from steadyload.kernels.touching import room_for_points, with_points_of
+from steadyload.statics.kernels.local_balance import forget, free_with_those_above
+from steadyload.statics.kernels.pendulums import coast, growth_of
+from steadyload.statics.kernels.touching import room_for_points, with_points_of
 
 
 class Motion(NamedTuple):
@@ -59,12 +59,12 @@ def motion_of(
         gravity: [cm/s2].
         seconds: how long they are followed.
         contacts: of the layout.
-        meets: of :func:`~steadyload.kernels.balance.patches_above`.
+        meets: of :func:`~steadyload.statics.kernels.balance.patches_above`.
         centres: of mass (x, y, z) [cm], (J, 3).
         weights: [kg], (J,).
         lower: corners [cm], (J, 3).
         upper: likewise.
-        floor: see :mod:`steadyload.kernels`.
+        floor: see :mod:`steadyload.statics.kernels`.
         presses: vertical forces between items, those in motion left out, (P, 3).
         guess: items that are solved for from the beginning: those out of balance at least, (J,).
         changed: room, (P, 6).

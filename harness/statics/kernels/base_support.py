@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from steadyload.kernels.compiled import compiled
-from steadyload.kernels.constants import ROUNDING, TOLERANCE
+from steadyload.statics.kernels.compiled import compiled
+from steadyload.statics.kernels.constants import ROUNDING, TOLERANCE
 
 _PLACES = 16
 """Patches under one item that have room at first."""
@@ -20,7 +20,7 @@ def first_with_little_support(lower: Any, upper: Any, floor: Any, alpha: float) 
     Slivers that are bare and narrower than the tolerance count as supported.
 
     Args:
-        lower: see :mod:`steadyload.kernels`.
+        lower: see :mod:`steadyload.statics.kernels`.
         upper: likewise.
         floor: likewise, shape (5,).
         alpha: the share that is required.

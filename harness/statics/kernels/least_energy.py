@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from steadyload.kernels.compiled import compiled
+from steadyload.statics.kernels.compiled import compiled
 
 _MOST = 30
 """Iterations, after which it is given up."""

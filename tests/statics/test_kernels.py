@@ -11,10 +11,6 @@ import pytest
 from scipy.optimize import nnls
 from scipy.spatial import ConvexHull
 
-from steadyload import kernels
-from steadyload.kernels.contacts import contacts_of
-from steadyload.kernels.convex_hull import strictly_inside_hull
-from steadyload.kernels.least_squares import nonnegative_least_squares
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.model.batch import LayoutBatch
@@ -25,6 +21,10 @@ from steadyload.methods.contract.spec import parse_spec
 from steadyload.methods.equilibrium.balance import VerticalBalance
 from steadyload.methods.equilibrium.resolution import fastest
 from steadyload.methods.rules.base_support import FullBaseSupport
+from steadyload.statics import kernels
+from steadyload.statics.kernels.contacts import contacts_of
+from steadyload.statics.kernels.convex_hull import strictly_inside_hull
+from steadyload.statics.kernels.least_squares import nonnegative_least_squares
 
 BATCHED = ("fbs", "pbs0.7", "sme", "equilibrium", "equilibrium:time=0.3")
 
@@ -68,7 +68,8 @@ def test_a_module_of_the_folder_is_an_attribute_of_the_package(name, monkeypatch
 
 
 def test_a_kernel_that_is_not_there_is_refused():
-    with pytest.raises(AttributeError, match=r"'steadyload\.kernels' has no attribute 'cones'"):
+    message = r"'steadyload\.statics\.kernels' has no attribute 'cones'"
+    with pytest.raises(AttributeError, match=message):
         kernels.cones  # noqa: B018
 
 

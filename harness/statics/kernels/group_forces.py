@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from steadyload.kernels.compiled import compiled
-from steadyload.kernels.constants import RESIDUE, TOUCH
-from steadyload.kernels.least_squares import least_squares_of_blocks
+from steadyload.statics.kernels.compiled import compiled
+from steadyload.statics.kernels.constants import RESIDUE, TOUCH
+from steadyload.statics.kernels.least_squares import least_squares_of_blocks
 
 
 @compiled

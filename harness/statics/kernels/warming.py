@@ -6,18 +6,18 @@ from typing import Any
 
 import numpy as np
 
-from steadyload.kernels.balance import first_unbalanced, first_unbalanced_of_many
-from steadyload.kernels.base_support import (
+from steadyload.statics.kernels.balance import first_unbalanced, first_unbalanced_of_many
+from steadyload.statics.kernels.base_support import (
     covered,
     first_with_little_support,
     first_with_little_support_of_many,
 )
-from steadyload.kernels.cells import items_near
-from steadyload.kernels.contacts import contacts_of
-from steadyload.kernels.growing import BOX, first_arrays, put, take_off
-from steadyload.kernels.least_energy import Columns, Factors, solved
-from steadyload.kernels.least_squares import nonnegative_least_squares
-from steadyload.kernels.placing import (
+from steadyload.statics.kernels.cells import items_near
+from steadyload.statics.kernels.contacts import contacts_of
+from steadyload.statics.kernels.growing import BOX, first_arrays, put, take_off
+from steadyload.statics.kernels.least_energy import Columns, Factors, solved
+from steadyload.statics.kernels.least_squares import nonnegative_least_squares
+from steadyload.statics.kernels.placing import (
     place_balanced,
     place_sme,
     place_supported,
@@ -25,8 +25,8 @@ from steadyload.kernels.placing import (
     stands_sme,
     stands_supported,
 )
-from steadyload.kernels.sme import first_unsupported, first_unsupported_of_many
-from steadyload.kernels.timed_balance import (
+from steadyload.statics.kernels.sme import first_unsupported, first_unsupported_of_many
+from steadyload.statics.kernels.timed_balance import (
     begin,
     first_moved,
     first_moved_of,

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from steadyload.kernels.compiled import compiled
-from steadyload.kernels.constants import EDGE
-from steadyload.kernels.least_squares import nonnegative_least_squares
+from steadyload.statics.kernels.compiled import compiled
+from steadyload.statics.kernels.constants import EDGE
+from steadyload.statics.kernels.least_squares import nonnegative_least_squares
 
 
 @compiled

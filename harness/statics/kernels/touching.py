@@ -6,16 +6,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from steadyload.kernels.compiled import compiled
-from steadyload.kernels.constants import FLOOR, TOLERANCE
+from steadyload.statics.kernels.compiled import compiled
+from steadyload.statics.kernels.constants import FLOOR, TOLERANCE
 
 
 class Points(NamedTuple):
     """Corners of contact patches, and of patches that close when a gap does; room for more.
 
     Attributes:
-        pairs: the two bodies, items or :data:`~steadyload.kernels.constants.FLOOR`, shape (K, 2).
-        axes: of the normals, which point from the first body to the second, shape (K,).
+        pairs: the two bodies, items or :data:`~steadyload.statics.kernels.constants.FLOOR`, shape
+        (K, 2). axes: of the normals, which point from the first body to the second, shape (K,).
         planned: (x, y, z) [cm] while all items are where they were planned, shape (K, 3).
         gaps: how far the faces are apart there now [cm], shape (K,).
     """
@@ -52,7 +52,7 @@ def with_points_of(
         listed: items whose points are there already, shape (J,).
         lower: corners [cm], shape (J, 3).
         upper: likewise.
-        floor: see :mod:`steadyload.kernels`.
+        floor: see :mod:`steadyload.statics.kernels`.
         reach: gaps up to this are listed [cm].
 
     Returns:

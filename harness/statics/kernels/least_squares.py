@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from steadyload.kernels.compiled import compiled
+from steadyload.statics.kernels.compiled import compiled
 
 _PATIENCE = 3
 """Iterations a column, after which the search gives up."""

@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from steadyload.kernels.compiled import compiled
-from steadyload.kernels.constants import FLOOR, TOLERANCE
+from steadyload.statics.kernels.compiled import compiled
+from steadyload.statics.kernels.constants import FLOOR, TOLERANCE
 
 _FEW = 48
 """Up to this many items all pairs are looked at; of more, those whose heights meet."""
@@ -45,7 +45,7 @@ def contacts_of(lower: Any, upper: Any, floor: Any) -> Contacts:
     """All vertical contacts: faces level to within the tolerance that share an area.
 
     Args:
-        lower: see :mod:`steadyload.kernels`.
+        lower: see :mod:`steadyload.statics.kernels`.
         upper: likewise.
         floor: likewise, shape (5,).
     """

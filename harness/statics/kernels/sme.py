@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from steadyload.kernels.compiled import compiled
-from steadyload.kernels.constants import FLOOR, ROUNDING
-from steadyload.kernels.contacts import contacts_of
-from steadyload.kernels.convex_hull import strictly_inside_hull
+from steadyload.statics.kernels.compiled import compiled
+from steadyload.statics.kernels.constants import FLOOR, ROUNDING
+from steadyload.statics.kernels.contacts import contacts_of
+from steadyload.statics.kernels.convex_hull import strictly_inside_hull
 
 
 @compiled
@@ -17,7 +17,7 @@ def first_unsupported(lower: Any, upper: Any, weights: Any, offsets: Any, floor:
     """The first step after which an item is not supported.
 
     Args:
-        lower: see :mod:`steadyload.kernels`.
+        lower: see :mod:`steadyload.statics.kernels`.
         upper: likewise.
         weights: likewise.
         offsets: likewise.

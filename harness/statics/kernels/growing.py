@@ -8,12 +8,13 @@ longer to hand over than an item to place. Room for J items, P patches and L cha
 item the start and end of its patches and where their room ends, the same of the items on it, the
 start of its changes, whether it stands on the floor, and 0. ``links`` (3, P): what is below each
 patch, the items above, and the patch of each of them. ``patches`` (P, 4) as in
-:mod:`steadyload.kernels.contacts`. ``presses`` (2, P, 3) as in :mod:`steadyload.kernels.balance`,
-and room for others. ``changes`` (L, 5): item, number of its patch, and its press before. ``cells``
-(6 * SLABS, J / 64): see :mod:`steadyload.kernels.cells`. ``counts`` (5,): items, patches, places
-for items above, changes, items that stand out over the deck. ``limits`` (24,): contour (lower,
-upper), deck (x0, z0, x1, z1) and its height (0 for a plane), slabs per cm along x, y, z, and the
-next item: position, size, offset, weight.
+:mod:`steadyload.statics.kernels.contacts`. ``presses`` (2, P, 3) as in
+:mod:`steadyload.statics.kernels.balance`, and room for others. ``changes`` (L, 5): item, number of
+its patch, and its press before. ``cells`` (6 * SLABS, J / 64): see
+:mod:`steadyload.statics.kernels.cells`. ``counts`` (5,): items, patches, places for items above,
+changes, items that stand out over the deck. ``limits`` (24,): contour (lower, upper), deck (x0, z0,
+x1, z1) and its height (0 for a plane), slabs per cm along x, y, z, and the next item: position,
+size, offset, weight.
 """
 
 from __future__ import annotations
@@ -23,10 +24,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from steadyload.kernels.cells import SLABS, common_items, enter, leave, lowest, rows_near
-from steadyload.kernels.compiled import compiled
-from steadyload.kernels.constants import FLOOR, FULL, OUTSIDE, OVERLAPS, STANDS, TOLERANCE
-from steadyload.kernels.contacts import Contacts
+from steadyload.statics.kernels.cells import SLABS, common_items, enter, leave, lowest, rows_near
+from steadyload.statics.kernels.compiled import compiled
+from steadyload.statics.kernels.constants import FLOOR, FULL, OUTSIDE, OVERLAPS, STANDS, TOLERANCE
+from steadyload.statics.kernels.contacts import Contacts
 
 ARRAYS = (
     "vectors", "weights", "centres", "blocks", "links", "patches", "presses", "changes", "cells",
@@ -122,7 +123,7 @@ def put(
     changes: Any, cells: Any, counts: Any, limits: Any,
 ) -> Any:  # fmt: skip
     """Put on the next item, whether it stands or not; how that ended, in the form of a rule's
-    answer (see :mod:`steadyload.kernels.placing`).
+    answer (see :mod:`steadyload.statics.kernels.placing`).
     """
     grown = opened(
         vectors, weights, centres, blocks, links, patches, presses, changes, cells, counts, limits

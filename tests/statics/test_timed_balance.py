@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from steadyload import kernels
 from steadyload.engines.world import GRAVITY
-from steadyload.kernels.constants import UNBALANCED
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.methods import make_method
 from steadyload.methods.equilibrium.balance import VerticalBalance
+from steadyload.statics import kernels
+from steadyload.statics.kernels.constants import UNBALANCED
 
 HOW = (0.5, 100.0 * GRAVITY, 0.3, 10.0, 10.0)
 """Friction, gravity [cm/s2], time [s] and thresholds of ``equilibrium:time=0.3``."""

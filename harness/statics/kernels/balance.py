@@ -2,7 +2,7 @@
 
 The formula is that of :mod:`steadyload.methods.equilibrium.balance`, which tells why it is exact:
 the new weight is passed down one way, and only where that fails are forces solved for, of as few
-items as it takes: see :mod:`steadyload.kernels.local_balance`.
+items as it takes: see :mod:`steadyload.statics.kernels.local_balance`.
 """
 
 from __future__ import annotations
@@ -11,11 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from steadyload.kernels.compiled import compiled
-from steadyload.kernels.constants import BALANCED, FLOOR, UNBALANCED
-from steadyload.kernels.contacts import contacts_of, draw_in
-from steadyload.kernels.local_balance import balance_group
-from steadyload.kernels.spreading import spread
+from steadyload.statics.kernels.compiled import compiled
+from steadyload.statics.kernels.constants import BALANCED, FLOOR, UNBALANCED
+from steadyload.statics.kernels.contacts import contacts_of, draw_in
+from steadyload.statics.kernels.local_balance import balance_group
+from steadyload.statics.kernels.spreading import spread
 
 
 @compiled
@@ -25,7 +25,7 @@ def first_unbalanced(
     """The first step after which vertical forces at contacts cannot balance every item.
 
     Args:
-        lower: see :mod:`steadyload.kernels`.
+        lower: see :mod:`steadyload.statics.kernels`.
         upper: likewise.
         weights: likewise.
         offsets: likewise.

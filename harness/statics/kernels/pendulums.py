@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from steadyload.kernels.compiled import compiled
-from steadyload.kernels.constants import AT_REST, FAR, SAMPLES, TOUCH
-from steadyload.kernels.group_forces import merge, put_wrench
+from steadyload.statics.kernels.compiled import compiled
+from steadyload.statics.kernels.constants import AT_REST, FAR, SAMPLES, TOUCH
+from steadyload.statics.kernels.group_forces import merge, put_wrench
 
 
 @compiled

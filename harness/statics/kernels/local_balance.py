@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from steadyload.kernels.carrying import FREE, HANDED, WAITING, first_overloaded
-from steadyload.kernels.compiled import compiled
-from steadyload.kernels.constants import (
+from steadyload.statics.kernels.carrying import FREE, HANDED, WAITING, first_overloaded
+from steadyload.statics.kernels.compiled import compiled
+from steadyload.statics.kernels.constants import (
     BALANCED,
     EDGE,
     FLOOR,
@@ -25,8 +25,8 @@ from steadyload.kernels.constants import (
     UNBALANCED,
     UNRESOLVED,
 )
-from steadyload.kernels.contacts import Contacts
-from steadyload.kernels.least_squares import nonnegative_least_squares
+from steadyload.statics.kernels.contacts import Contacts
+from steadyload.statics.kernels.least_squares import nonnegative_least_squares
 
 
 @compiled
@@ -40,7 +40,7 @@ def balance_group(
         step: the new item, the last that is there.
         group: items joined to it, itself included, (n,).
         contacts: of the layout.
-        meets: of :func:`~steadyload.kernels.balance.patches_above`.
+        meets: of :func:`~steadyload.statics.kernels.balance.patches_above`.
         centres: of mass (x, y, z) [cm], (J, 3).
         weights: [kg], (J,).
         lower: corners [cm], (J, 3).

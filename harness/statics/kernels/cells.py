@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from steadyload.kernels.compiled import compiled
+from steadyload.statics.kernels.compiled import compiled
 
 SLABS = 32
 """Slabs along an axis."""
@@ -24,7 +24,7 @@ def enter(cells: Any, limits: Any, lower: Any, upper: Any, number: int) -> None:
 
     Args:
         cells: see the module.
-        limits: see :mod:`steadyload.kernels.growing`.
+        limits: see :mod:`steadyload.statics.kernels.growing`.
         lower: corner of the item, (x, y, z) [cm].
         upper: likewise.
         number: of the item.
@@ -52,7 +52,7 @@ def rows_near(limits: Any, lower: Any, upper: Any, wider: float) -> Any:
     """The rows of ``cells`` whose common bits are the items that may meet a region.
 
     Args:
-        limits: see :mod:`steadyload.kernels.growing`.
+        limits: see :mod:`steadyload.statics.kernels.growing`.
         lower: corner of the region [cm].
         upper: likewise.
         wider: how much further it reaches on every side [cm].
@@ -111,7 +111,7 @@ def items_near(
         uppers: likewise.
         cells: see the module.
         count: of items.
-        limits: see :mod:`steadyload.kernels.growing`.
+        limits: see :mod:`steadyload.statics.kernels.growing`.
         lower: corner of the region, (x, y, z) [cm].
         upper: likewise.
         wider: how much further it reaches on every side [cm].

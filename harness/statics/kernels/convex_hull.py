@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from steadyload.kernels.compiled import compiled
+from steadyload.statics.kernels.compiled import compiled
 
 
 @compiled

@@ -9,7 +9,7 @@ from typing import Any
 
 from steadyload import compilation
 
-PART = compilation.Part("the kernels", 75, "steadyload.kernels.warming:warm_up")
+PART = compilation.Part("the kernels", 75, "steadyload.statics.kernels.warming:warm_up")
 
 _SOURCES = hashlib.sha256(
     b"".join(path.read_bytes() for path in sorted(Path(__file__).parent.glob("*.py")))

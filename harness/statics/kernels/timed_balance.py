@@ -13,12 +13,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from steadyload.kernels.balance import joined, passed_down, patches_above
-from steadyload.kernels.compiled import compiled
-from steadyload.kernels.constants import BALANCED, TIE, TOLERANCE, UNBALANCED, UNRESOLVED
-from steadyload.kernels.contacts import Contacts, contacts_of
-from steadyload.kernels.local_balance import balance_group
-from steadyload.kernels.motion import motion_of
+from steadyload.statics.kernels.balance import joined, passed_down, patches_above
+from steadyload.statics.kernels.compiled import compiled
+from steadyload.statics.kernels.constants import BALANCED, TIE, TOLERANCE, UNBALANCED, UNRESOLVED
+from steadyload.statics.kernels.contacts import Contacts, contacts_of
+from steadyload.statics.kernels.local_balance import balance_group
+from steadyload.statics.kernels.motion import motion_of
 
 _KEPT, _ASKED = 0, 1
 
@@ -27,10 +27,10 @@ class Loading(NamedTuple):
     """A loading, and what is known of it so far.
 
     Attributes:
-        lower, upper, weights, floor: see :mod:`steadyload.kernels`.
+        lower, upper, weights, floor: see :mod:`steadyload.statics.kernels`.
         centres: of mass (x, y, z) [cm], (J, 3).
         contacts: of the whole layout.
-        meets: of :func:`~steadyload.kernels.balance.patches_above`.
+        meets: of :func:`~steadyload.statics.kernels.balance.patches_above`.
         presses: vertical forces and their moments at patches, (P, 3).
         changed, room: for forces and loads at patches, (P, 3) and (P, 6).
         moves: items that vertical forces do not balance, (J,).
@@ -65,7 +65,7 @@ def begin(lower: Any, upper: Any, weights: Any, offsets: Any, floor: Any) -> Loa
     """A loading of which nothing is placed yet.
 
     Args:
-        lower: see :mod:`steadyload.kernels`.
+        lower: see :mod:`steadyload.statics.kernels`.
         upper: likewise.
         weights: likewise.
         offsets: likewise.

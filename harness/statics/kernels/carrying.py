@@ -13,11 +13,11 @@ from typing import Any
 
 import numpy as np
 
-from steadyload.kernels.compiled import compiled
-from steadyload.kernels.constants import EDGE, FLOOR
-from steadyload.kernels.contacts import Contacts
-from steadyload.kernels.least_squares import nonnegative_least_squares
-from steadyload.kernels.spreading import spread
+from steadyload.statics.kernels.compiled import compiled
+from steadyload.statics.kernels.constants import EDGE, FLOOR
+from steadyload.statics.kernels.contacts import Contacts
+from steadyload.statics.kernels.least_squares import nonnegative_least_squares
+from steadyload.statics.kernels.spreading import spread
 
 _LEVEL = 1e-12
 """Share of a load: horizontal forces and twists below it are rounding."""

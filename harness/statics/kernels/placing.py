@@ -2,7 +2,7 @@
 
 Each rule has two functions: ``place_...`` puts on the next item if it stands, and
 ``stands_...`` looks at many positions of it and changes nothing. Both ask the same function, so
-that they agree to the last bit. The arrays are those of :mod:`steadyload.kernels.growing`.
+that they agree to the last bit. The arrays are those of :mod:`steadyload.statics.kernels.growing`.
 
 ``place_...`` returns how it ended (:data:`STANDS`, :data:`FAILS`, :data:`UNRESOLVED`,
 :data:`OUTSIDE`, :data:`OVERLAPS`, :data:`FULL`), the item that fails, and a number that belongs to
@@ -14,11 +14,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from steadyload.kernels.balance import balance_after
-from steadyload.kernels.base_support import covered
-from steadyload.kernels.compiled import compiled
-from steadyload.kernels.constants import FAILS, FLOOR, FULL, ROUNDING, STANDS
-from steadyload.kernels.growing import (
+from steadyload.statics.kernels.balance import balance_after
+from steadyload.statics.kernels.base_support import covered
+from steadyload.statics.kernels.compiled import compiled
+from steadyload.statics.kernels.constants import FAILS, FLOOR, FULL, ROUNDING, STANDS
+from steadyload.statics.kernels.growing import (
     ITEMS,
     PATCHES,
     Growing,
@@ -29,7 +29,7 @@ from steadyload.kernels.growing import (
     replace_presses,
     touching,
 )
-from steadyload.kernels.sme import unsupported_at
+from steadyload.statics.kernels.sme import unsupported_at
 
 
 @compiled
@@ -199,7 +199,7 @@ def stands_balanced(
 
 @compiled
 def _balance(grown: Growing) -> Any:
-    """See :func:`steadyload.kernels.balance.balance_after`, of the last item."""
+    """See :func:`steadyload.statics.kernels.balance.balance_after`, of the last item."""
     return balance_after(
         grown.counts[ITEMS] - 1, grown.contacts, grown.meets, grown.centres, grown.weights,
         grown.lower, grown.upper, grown.moves, grown.presses, grown.changed,

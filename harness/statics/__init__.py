@@ -1,0 +1,1 @@
+"""Statics of loads: contacts, balance, friction, first motion, what boxes bear."""
