@@ -18,7 +18,7 @@ _LAYOUTS = {
     "layouts", "statics.kernels", "statistics", "atomic", "errors", "escaping", "numbers",
     "reading", "stored", "notebook", "plugins", "progress", "config",
 }  # fmt: skip
-_METHODS = {"methods", "engines", "bearing", "time_limit", *_LAYOUTS}
+_METHODS = {"methods", "engines", "statics", "time_limit", *_LAYOUTS}
 _RUNS = {"runs", *_METHODS}
 _LIBRARIES = {"labelling", "compilation", "tuning", "properties", "learners", "transport", *_RUNS}
 
@@ -36,13 +36,12 @@ ALLOWED = {
     "reports": {"reports", "statistics", "atomic", "errors", "escaping", "reading"},
     "compilation": set(),
     "statics.kernels": {"statics.kernels", "compilation"},
-    "statics": {"statics"},
+    "statics": {"statics", "time_limit", *_LAYOUTS},
     "engines": {"engines", "compilation"},
     "atomic": {"errors"},
     "reading": {"errors", "escaping"},
     "stored": {"atomic", "errors", "escaping", "reading"},
     "layouts": _LAYOUTS,
-    "bearing": {"bearing", "time_limit", *_LAYOUTS},
     "methods": _METHODS,
     "runs": _RUNS,
     "gym": {"gym", *_METHODS},
@@ -68,6 +67,8 @@ ROOMS = {
     "layouts.benchmark": {
         "layouts", "layouts.model", "layouts.files", "layouts.packing", "layouts.packers",
     },
+    "statics": set(),
+    "statics.bearing": {"statics"},
     "methods.contract": set(),
     "methods.rules": {"methods.contract"},
     "methods.simulation": {"methods.contract"},
@@ -236,6 +237,8 @@ def test_every_room_of_a_package_is_listed():
          "app.recommend.front computes, and imports reports.table"),
         ("harness/statics/kernels/cells.py", "import steadyload.layouts.model.layout",
          "statics.kernels.cells imports layouts.model.layout"),
+        ("harness/layouts/model/contacts.py", "import steadyload.statics.corners",
+         "layouts.model.contacts imports statics.corners"),
         ("engines/errors.py", "if TYPE_CHECKING:\n    from steadyload.engines.world import World",
          "engines.errors is part of a circle"),
         ("harness/methods/simulation/scene.py", "import steadyload.methods.equilibrium.balance",

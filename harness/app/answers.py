@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
 
-from steadyload.bearing import Crushed
 from steadyload.layouts.model.footing import Footing, Gap, Side
 from steadyload.layouts.model.frame import Frame
 from steadyload.methods.contract.old_keys import with_old_keys
 from steadyload.methods.contract.verdict import Verdict, record_of
 from steadyload.notebook import ShownInNotebook
+from steadyload.statics.bearing import Crushed
 from steadyload.statistics.estimate import Estimate
 from steadyload.transport.trials import RuleAnswer
 

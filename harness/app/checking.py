@@ -14,7 +14,6 @@ from steadyload.app.check_defaults import DEFAULT_METHOD, GAPS_CM
 from steadyload.app.faults import footing_at_fault, reason_of
 from steadyload.app.recommend.front import Front, FrontError, front_for
 from steadyload.app.recommend.kept import load_fronts
-from steadyload.bearing import Crushed, first_crushed
 from steadyload.errors import UserError
 from steadyload.layouts.files.record import Refused
 from steadyload.layouts.model.footing import gaps, largest
@@ -38,6 +37,7 @@ from steadyload.progress import Progress, silent
 from steadyload.runs.able import asked_question
 from steadyload.runs.methods_here import method_named, use_methods
 from steadyload.runs.pool import PartLimit, SinglePart, run_units
+from steadyload.statics.bearing import Crushed, first_crushed
 from steadyload.transport.rules import Rule, rule_named
 from steadyload.transport.trials import answer_rule
 

@@ -12,7 +12,6 @@ import numpy as np
 from steadyload.app.check_defaults import DEFAULT_METHOD, GAPS_CM
 from steadyload.app.faults import reason_of
 from steadyload.atomic import write_atomically
-from steadyload.bearing import ContactForces, contact_forces
 from steadyload.errors import UserError, nearest
 from steadyload.layouts.files.record import Refused
 from steadyload.layouts.files.sources import source_name
@@ -36,6 +35,7 @@ from steadyload.reports.viewer.records import (
     ViewedStep,
 )
 from steadyload.runs.provenance import provenance_lines
+from steadyload.statics.bearing import ContactForces, contact_forces
 from steadyload.transport.recording import record_ride
 from steadyload.transport.rules import rule_named
 

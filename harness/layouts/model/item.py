@@ -98,7 +98,7 @@ class Item:
             need not be unique. No verdict depends on it.
         max_load: the load that its top may bear [kg], 0 or more, up to :data:`MOST_LOAD`; None
             where no limit is stated. Methods judge stability and do not look at it; see
-            :mod:`steadyload.bearing`.
+            :mod:`steadyload.statics.bearing`.
 
     Raises:
         LayoutError: a value is not allowed.

@@ -13,11 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import linprog
 
-from steadyload.bearing.corners import corner_columns
 from steadyload.layouts.model.contacts import FLOOR, Patch, find_contacts
 from steadyload.layouts.model.layout import FloatArray, Layout
 from steadyload.methods.equilibrium.balance import solve
 from steadyload.methods.equilibrium.resolution import fastest
+from steadyload.statics.corners import corner_columns
 
 _HALVINGS = 24
 """Of the longest side, or more: a metre is told to a tenth of a micrometre."""

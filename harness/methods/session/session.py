@@ -12,7 +12,6 @@ from types import TracebackType
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from steadyload.bearing.crushing import crushed_by_now
 from steadyload.errors import UserError
 from steadyload.layouts.model.growing import GrowingLayout, numbered
 from steadyload.layouts.model.layout import Item, Layout, LayoutError, Pallet
@@ -30,6 +29,7 @@ from steadyload.methods.contract.method import (
 from steadyload.methods.contract.verdict import verdict_of
 from steadyload.methods.registry import make_method
 from steadyload.numbers import seconds_allowed
+from steadyload.statics.bearing.crushing import crushed_by_now
 
 
 class SessionError(UserError):

@@ -1,10 +1,10 @@
 """Forces of least energy of a load that grows: what was found before is changed, not found anew.
 
-As in :mod:`steadyload.bearing.pressing`, all forces follow from one multiplier an equation. The
-factors L D L' of the equations of these are kept: a corner that begins or ceases to press changes
-few columns of L (Gill, Golub, Murray and Saunders, Methods for modifying matrix factorizations,
-1974, method C1; along the elimination tree as in Davis and Hager, Modifying a sparse Cholesky
-factorization, 1999).
+As in :mod:`steadyload.statics.bearing.pressing`, all forces follow from one multiplier an equation.
+The factors L D L' of the equations of these are kept: a corner that begins or ceases to press
+changes few columns of L (Gill, Golub, Murray and Saunders, Methods for modifying matrix
+factorizations, 1974, method C1; along the elimination tree as in Davis and Hager, Modifying a
+sparse Cholesky factorization, 1999).
 """
 
 from __future__ import annotations

@@ -7,11 +7,11 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array, csc_array, eye_array
 from scipy.sparse.linalg import splu
 
-from steadyload.bearing.forces import Rectangles, Statics
-from steadyload.bearing.pressing import FIRM
 from steadyload.layouts.model.contacts import FLOOR
 from steadyload.layouts.model.layout import Arrangement, FloatArray
 from steadyload.statics import kernels
+from steadyload.statics.bearing.forces import Rectangles, Statics
+from steadyload.statics.bearing.pressing import FIRM
 
 
 class GrowingStatics:

@@ -8,12 +8,12 @@ import pytest
 
 from steadyload import time_limit
 from steadyload.app.checking import Answer, check
-from steadyload.bearing import crushing, first_crushed, forces
-from steadyload.bearing.forces import Statics
 from steadyload.layouts.model.layout import Item, Layout, Pallet
 from steadyload.methods.contract import stopwatch
 from steadyload.methods.contract.method import Status
 from steadyload.methods.session.session import LoadingSession
+from steadyload.statics.bearing import crushing, first_crushed, forces
+from steadyload.statics.bearing.forces import Statics
 
 
 def columns(count, *, limited, most):

@@ -7,12 +7,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from steadyload.bearing import crushing, first_crushed
-from steadyload.bearing.forces import Rectangles, Statics
-from steadyload.bearing.growing import GrowingStatics
 from steadyload.layouts.model.contacts import find_supports
 from steadyload.layouts.model.layout import Item, Layout, Pallet
 from steadyload.layouts.packing.packing import random_layouts
+from steadyload.statics.bearing import crushing, first_crushed
+from steadyload.statics.bearing.forces import Rectangles, Statics
+from steadyload.statics.bearing.growing import GrowingStatics
 
 
 def wall(rows, width, weights=None):

@@ -6,14 +6,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from steadyload.bearing import contact_forces, first_crushed, loads, payload
-from steadyload.bearing.forces import Statics
 from steadyload.errors import UnsolvedError
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.model.frame import Frame
 from steadyload.layouts.model.layout import Item, Layout, Pallet
 from steadyload.layouts.packing.packing import random_layouts
 from steadyload.numbers import NumberError
+from steadyload.statics.bearing import contact_forces, first_crushed, loads, payload
+from steadyload.statics.bearing.forces import Statics
 from steadyload.time_limit import TimeoutExpiredError
 
 PALLET = Pallet(100, 200, 100)

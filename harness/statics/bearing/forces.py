@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 from scipy.sparse import block_array, csc_array, diags_array, eye_array
 
-from steadyload.bearing.cones import is_solved, solve_cones
-from steadyload.bearing.corners import corner_entries
-from steadyload.bearing.pressing import Corners
 from steadyload.layouts.model.contacts import FLOOR, Supports, find_supports
 from steadyload.layouts.model.layout import Arrangement, FloatArray
 from steadyload.statics import kernels
+from steadyload.statics.bearing.pressing import Corners
+from steadyload.statics.cones import is_solved, solve_cones
+from steadyload.statics.corners import corner_entries
 from steadyload.statics.kernels.constants import EDGE
 
 _BALANCED = 1e-7

@@ -10,9 +10,9 @@ import numpy as np
 from scipy.optimize import linprog
 from scipy.sparse import csc_array, csr_array, diags_array, hstack
 
-from steadyload.bearing.forces import Statics
 from steadyload.errors import UnsolvedError
 from steadyload.layouts.model.layout import FloatArray, Layout
+from steadyload.statics.bearing.forces import Statics
 from steadyload.time_limit import TimeLimit
 
 _SHARE = 1e-3
@@ -42,7 +42,7 @@ class Loads:
     """Loads on the tops of all boxes [kg], each of shape (J,).
 
     Attributes:
-        borne: by the contact forces of least energy, see :mod:`steadyload.bearing.forces`.
+        borne: by the contact forces of least energy, see :mod:`steadyload.statics.bearing.forces`.
         least, most: the least and the most that any balancing forces put on a box.
     """
 
