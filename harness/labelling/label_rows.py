@@ -12,7 +12,6 @@ from steadyload.engines.registry import package_versions
 from steadyload.layouts.benchmark.tables import CASES
 from steadyload.layouts.model.layout import Layout
 from steadyload.methods.contract.method import Status
-from steadyload.methods.equilibrium.margins import margins
 from steadyload.methods.registry import make_method
 from steadyload.methods.simulation.criteria import Criterion
 from steadyload.methods.simulation.simulation import Simulation
@@ -20,6 +19,7 @@ from steadyload.methods.simulation.trace import VERSION as TRACE
 from steadyload.methods.simulation.trace import Trace, UndecidedError, trace_loading
 from steadyload.runs.asked import AskedCases, asked
 from steadyload.runs.provenance import made_by
+from steadyload.statics.margins import margins
 
 VERSION = 1
 """Version of the values read from a trace, margins included: raised when rows change."""

@@ -38,7 +38,6 @@ from steadyload.layouts.benchmark.tables import (
 )
 from steadyload.layouts.model.layout import Layout
 from steadyload.methods.contract.method import Status
-from steadyload.methods.equilibrium.margins import margins
 from steadyload.methods.registry import make_method
 from steadyload.methods.simulation import step_answers
 from steadyload.methods.simulation.simulation import Simulation
@@ -48,6 +47,7 @@ from steadyload.runs.asked import AskedCases, asked
 from steadyload.runs.pool import IN_THIS_PROCESS, PartLimit
 from steadyload.runs.provenance import made_by, provenance
 from steadyload.runs.store import Store, locked, parquet
+from steadyload.statics.margins import margins
 
 VERSION = 1
 """Version of rows: raised when they come out differently."""
@@ -60,7 +60,7 @@ NEAR = 0.5
 
 NARROW = 0.1
 """Where balance is lost or won by contact patches that are so much narrower or wider, the reference
-is asked [cm]; see :mod:`steadyload.methods.equilibrium.margins`."""
+is asked [cm]; see :mod:`steadyload.statics.margins`."""
 
 SAME = 0.05
 """Two movements of an item are the same when they differ by less, in units of a threshold."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from steadyload.layouts.model.layout import Layout
 from steadyload.methods.contract.method import Trait, Verdict
-from steadyload.methods.equilibrium.margins import margins
 from steadyload.properties.property import MethodUnderTest
+from steadyload.statics.margins import margins
 from steadyload.statistics.placed import items_placed
 
 CLEARANCE = 0.3

@@ -13,7 +13,6 @@ from steadyload.layouts.model.layout import Layout
 from steadyload.methods.contract.declared import MovementLimits
 from steadyload.methods.contract.method import Trait
 from steadyload.methods.envelope import leaves
-from steadyload.methods.equilibrium.friction import Sides, unbalanced_item
 from steadyload.methods.simulation.simulation import Simulation
 from steadyload.methods.simulation.simulation_parameters import BetweenSteps
 from steadyload.methods.simulation.trace import Trace, trace_loading
@@ -42,6 +41,7 @@ from steadyload.properties.strategies import (
     with_offsets,
 )
 from steadyload.properties.transforms import brought_within, quarter_turned
+from steadyload.statics.friction import Sides, unbalanced_item
 
 REST_SHIFT = 0.1
 """How far a corner may creep while its item is at rest [cm], where items are not large."""

@@ -20,9 +20,9 @@ import numpy as np
 from scipy.sparse import csc_array, diags_array, hstack, vstack
 
 from steadyload.layouts.model.layout import Arrangement, FloatArray
-from steadyload.methods.equilibrium.friction import Sides
-from steadyload.methods.equilibrium.touching import Points, touching_points, wrenches
 from steadyload.statics.cones import is_solved, solve_cones
+from steadyload.statics.friction import Sides
+from steadyload.statics.touching import Points, touching_points, wrenches
 from steadyload.transport.errors import UnsolvedError
 
 _TURNS = 0.3

@@ -12,10 +12,10 @@ from steadyload.escaping import shown
 from steadyload.layouts.model.layout import Layout
 from steadyload.methods.contract.method import Method
 from steadyload.methods.equilibrium.equilibrium import Equilibrium
-from steadyload.methods.equilibrium.friction import Sides
 from steadyload.methods.registry import make_method
 from steadyload.methods.simulation.simulation import Simulation
 from steadyload.numbers import number_within
+from steadyload.statics.friction import Sides
 from steadyload.transport.balance import BalanceProgramme, Mode
 from steadyload.transport.errors import TransportError, UnsolvedError
 from steadyload.transport.history import LONGEST, trapezoid

@@ -11,9 +11,9 @@ from steadyload.layouts.model.layout import FloatArray, Layout
 from steadyload.layouts.model.naming import box_label
 from steadyload.methods.contract.method import Method, Status, Verdict
 from steadyload.methods.session.recording import RecordedStep, Recording
-from steadyload.methods.simulation.criteria import Movement
 from steadyload.methods.simulation.scene import in_layout
 from steadyload.methods.simulation.simulation import Simulation
+from steadyload.statics.movement import Movement
 from steadyload.transport.errors import TransportError
 from steadyload.transport.riding import LoadedWorld, Look
 from steadyload.transport.rules import Rule

@@ -11,8 +11,8 @@ from steadyload.layouts.model.contacts import FLOOR, find_contacts, find_support
 from steadyload.layouts.model.growing import GrowingLayout
 from steadyload.layouts.model.snapping import snap
 from steadyload.layouts.packers.plan import Bin, Placed, plan
-from steadyload.methods.equilibrium.touching import touching_points
 from steadyload.methods.simulation.scene import planar_scene
+from steadyload.statics.touching import touching_points
 
 PLACES = [k / 10 for k in range(100, 400)] + [k / 10 for k in range(99_000, 99_100)]
 """Lengths of whole millimetres, short and long [cm]; 0.01 cm more or less is rounded each time."""

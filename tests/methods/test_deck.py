@@ -10,11 +10,11 @@ from steadyload.layouts.model.deviations import deviated
 from steadyload.layouts.model.scenarios import Scenario, apply_scenario
 from steadyload.layouts.model.snapping import snap
 from steadyload.layouts.packing.packing import random_layouts
-from steadyload.methods.equilibrium.margins import margins
 from steadyload.methods.registry import make_method
 from steadyload.methods.session.session import LoadingSession
 from steadyload.methods.uncertainty import parse_uncertainty
 from steadyload.runs.verdict_reliability import Sampling, verdict_reliability
+from steadyload.statics.margins import margins
 
 PALLET = Pallet(100.0, 200.0, 100.0, overhang=30.0)
 BALANCE = ("sme", "equilibrium", "equilibrium:sides=frictionless", "equilibrium:sides=friction")

@@ -13,9 +13,9 @@ from steadyload.layouts.packing.packing import random_layouts
 from steadyload.methods import make_method
 from steadyload.methods.contract.spec import SpecError
 from steadyload.methods.contract.stopwatch import Stopwatch
-from steadyload.methods.equilibrium.balance import VerticalBalance
-from steadyload.methods.equilibrium.margins import margins
 from steadyload.methods.session.session import LoadingSession
+from steadyload.statics.balance import VerticalBalance
+from steadyload.statics.margins import margins
 
 PALLET = Pallet(200.0, 200.0, 200.0)
 SIDES = ("none", "frictionless", "friction")

@@ -20,11 +20,11 @@ from steadyload.methods import Status
 from steadyload.methods.contract.method import STABLE, Finding, Method, Seconds, WholeLoader
 from steadyload.methods.contract.spec import MethodSpec
 from steadyload.methods.equilibrium import equilibrium
-from steadyload.methods.equilibrium.touching import touching_points
 from steadyload.methods.session.session import LoadingSession, SessionError
 from steadyload.methods.simulation.placements import Placements
 from steadyload.properties.strategies import layouts, packings
 from steadyload.statics.kernels.growing import ARRAYS
+from steadyload.statics.touching import touching_points
 
 FEW = settings(
     max_examples=40, deadline=None, derandomize=True, database=None,

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.methods import make_method
-from steadyload.methods.equilibrium.balance import VerticalBalance
 from steadyload.methods.session.session import LoadingSession
+from steadyload.statics.balance import VerticalBalance
 from steadyload.statics.kernels.constants import TOLERANCE
 
 PALLET = Pallet(40.0, 4000.0, 60.0)

@@ -18,8 +18,8 @@ from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.model.batch import LayoutBatch
 from steadyload.layouts.model.layout import view_on
 from steadyload.learners.support import COLUMNS, support_table
-from steadyload.methods.equilibrium.rest_position import RestPositions
 from steadyload.properties.transforms import mirrored, quarter_turned, translated
+from steadyload.statics.rest_position import RestPositions
 
 RULES = ("fbs", "pbs0.7", "sme", "equilibrium")
 

@@ -27,7 +27,7 @@ methods = ["sme", "equilibrium", "ps3@mujoco", "lstm_1:outside=accept"]
 
 MOVED = {
     "methods/rules/sme.py": "methods/ramos.py",
-    "methods/equilibrium/balance.py": "methods/vertical.py",
+    "statics/balance.py": "methods/vertical.py",
     "methods/simulation/loading.py": "methods/algorithm.py",
     "engines/with_mujoco.py": "engines/mujoco_world.py",
     "layouts/model/contacts.py": "layouts/touching_faces.py",

@@ -18,13 +18,13 @@ from steadyload.layouts.model.contacts import FLOOR, find_contacts
 from steadyload.methods import make_method
 from steadyload.methods.contract.method import Finding, NotBatchedError, Seconds
 from steadyload.methods.contract.spec import parse_spec
-from steadyload.methods.equilibrium.balance import VerticalBalance
-from steadyload.methods.equilibrium.resolution import fastest
 from steadyload.methods.rules.base_support import FullBaseSupport
 from steadyload.statics import kernels
+from steadyload.statics.balance import VerticalBalance
 from steadyload.statics.kernels.contacts import contacts_of
 from steadyload.statics.kernels.convex_hull import strictly_inside_hull
 from steadyload.statics.kernels.least_squares import nonnegative_least_squares
+from steadyload.statics.resolution import fastest
 
 BATCHED = ("fbs", "pbs0.7", "sme", "equilibrium", "equilibrium:time=0.3")
 

@@ -11,7 +11,7 @@ import pytest
 
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.model.layout import Item, Layout, Pallet
-from steadyload.methods.equilibrium.friction import Sides
+from steadyload.statics.friction import Sides
 from steadyload.transport.balance import BalanceProgramme
 
 pytest.importorskip("compas_cra", reason="compas_cra is not installed")

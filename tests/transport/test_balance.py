@@ -7,8 +7,8 @@ import pytest
 
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.model.layout import Item, Layout, Pallet
-from steadyload.methods.equilibrium.friction import Sides
 from steadyload.methods.registry import make_method
+from steadyload.statics.friction import Sides
 from steadyload.transport.balance import BalanceProgramme, Mode
 
 PALLET = Pallet(120.0, 200.0, 80.0)

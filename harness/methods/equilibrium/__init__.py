@@ -1,1 +1,1 @@
-"""Balance of forces, friction and first motion of what is loaded."""
+"""Methods by statics: exact equilibrium, and settling."""

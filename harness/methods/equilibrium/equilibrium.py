@@ -32,17 +32,17 @@ from steadyload.methods.contract.method import (
     Trait,
 )
 from steadyload.methods.contract.warming import judge_one_item
-from steadyload.methods.equilibrium.balance import VERSION as BALANCE
-from steadyload.methods.equilibrium.balance import VerticalBalance, inset
-from steadyload.methods.equilibrium.friction import Sides, unbalanced_item
-from steadyload.methods.equilibrium.motion import VERSION as MOTION
-from steadyload.methods.equilibrium.motion import Bodies, displacements_after
-from steadyload.methods.equilibrium.resolution import fastest, unresolved
-from steadyload.methods.equilibrium.touching import touching_points
 from steadyload.methods.rules.rule_loading import BalancedLoader
-from steadyload.methods.simulation.criteria import Movement
 from steadyload.statics import kernels
+from steadyload.statics.balance import VERSION as BALANCE
+from steadyload.statics.balance import VerticalBalance, inset
+from steadyload.statics.friction import Sides, unbalanced_item
 from steadyload.statics.kernels.constants import BALANCED, UNBALANCED, UNRESOLVED
+from steadyload.statics.motion import VERSION as MOTION
+from steadyload.statics.motion import Bodies, displacements_after
+from steadyload.statics.movement import Movement
+from steadyload.statics.resolution import fastest, unresolved
+from steadyload.statics.touching import touching_points
 
 
 class Cones(StrEnum):

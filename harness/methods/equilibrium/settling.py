@@ -24,13 +24,13 @@ from steadyload.methods.contract.method import (
     Trait,
 )
 from steadyload.methods.contract.warming import judge_one_item
-from steadyload.methods.equilibrium.balance import VERSION as BALANCE
-from steadyload.methods.equilibrium.balance import VerticalBalance, inset
-from steadyload.methods.equilibrium.rest_position import VERSION as REST
-from steadyload.methods.equilibrium.rest_position import RestPositions
-from steadyload.methods.simulation.criteria import Movement
 from steadyload.statics import kernels
+from steadyload.statics.balance import VERSION as BALANCE
+from steadyload.statics.balance import VerticalBalance, inset
 from steadyload.statics.kernels.constants import BALANCED
+from steadyload.statics.movement import Movement
+from steadyload.statics.rest_position import VERSION as REST
+from steadyload.statics.rest_position import RestPositions
 
 AT_REST = Movement(-1, 0.0, 0.0, 0.0)
 """Where nothing moves at all."""
@@ -53,7 +53,7 @@ class Settling(Method):
 
     Where contact forces balance every item, with contact patches drawn in by a margin, nothing
     moves. Where they do not, boxes sink and tilt to the position of least potential energy
-    (:mod:`steadyload.methods.equilibrium.rest_position`); the step fails if a left-bottom-back
+    (:mod:`steadyload.statics.rest_position`); the step fails if a left-bottom-back
     corner comes further than ``eps_t`` along an axis, or a box tilts by more than ``eps_r``. Real
     pallets have gaps of some millimetres everywhere: nearly all of their boxes settle, and few
     balance as planned.

@@ -18,12 +18,13 @@ from steadyload.layouts.model.layout import Layout
 from steadyload.layouts.model.naming import with_ids
 from steadyload.methods.cascade.cascade import Cascade
 from steadyload.methods.contract.method import Finding, Method, Status, Stopwatch, Verdict
-from steadyload.methods.simulation.criteria import Indices, Movement
+from steadyload.methods.simulation.criteria import Indices
 from steadyload.methods.simulation.loading import Loading
 from steadyload.methods.simulation.placements import NOTHING
 from steadyload.methods.simulation.scene import in_layout
 from steadyload.methods.simulation.simulation import Simulation
 from steadyload.methods.simulation.simulation_parameters import BetweenSteps, SimulationParameters
+from steadyload.statics.movement import Movement
 
 _FRAMES_A_SECOND = 80
 _FRAMES = (20, 60)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from enum import StrEnum
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +13,7 @@ from steadyload.engines.attitudes import rotate
 from steadyload.engines.world import Box, FloatArray, Poses
 from steadyload.methods.contract.method import Finding, Status
 from steadyload.methods.simulation.scene import CM
+from steadyload.statics.movement import Movement
 
 Indices = NDArray[np.intp]
 """Which of a layout's items are meant."""
@@ -30,22 +30,6 @@ class Criterion(StrEnum):
 
     PAPER = "paper"
     ADAMS = "adams"
-
-
-class Movement(NamedTuple):
-    """Movement of an item away from its planned pose.
-
-    Attributes:
-        item: its sequence number.
-        displacement: [cm], as the criterion measures it.
-        rotation: the largest angle about an axis [degrees].
-        beyond: the larger of the two, in units of its threshold.
-    """
-
-    item: int
-    displacement: float
-    rotation: float
-    beyond: float
 
 
 class Examiner:

@@ -14,9 +14,9 @@ from steadyload.layouts.model.frame import Frame
 from steadyload.layouts.model.item import Item
 from steadyload.layouts.model.layout import Arrangement, Layout
 from steadyload.layouts.model.naming import box_label
-from steadyload.statistics.placed import items_placed
 from steadyload.statics.bearing.forces import Rectangles, Statics
 from steadyload.statics.bearing.growing import GrowingStatics
+from steadyload.statistics.placed import items_placed
 
 _OVER = 1e-6
 """Share by which a load may exceed a limit: weights that add up to it do not."""

@@ -1,6 +1,6 @@
 """Vertical balance of a loading: the first step after which contacts cannot carry every item.
 
-The formula is that of :mod:`steadyload.methods.equilibrium.balance`, which tells why it is exact:
+The formula is that of :mod:`steadyload.statics.balance`, which tells why it is exact:
 the new weight is passed down one way, and only where that fails are forces solved for, of as few
 items as it takes: see :mod:`steadyload.statics.kernels.local_balance`.
 """

@@ -26,7 +26,7 @@ above an edge is balanced, whatever rounding did to it."""
 
 RESIDUE = 1e-9
 """Share of the loads on an item that counts as rounding: see
-:mod:`steadyload.methods.equilibrium.resolution`.
+:mod:`steadyload.statics.resolution`.
 """
 
 NOISE = 1e3 * 2.0**-52

@@ -1,6 +1,6 @@
 """Vertical balance of a group in which items may be out of balance, solved only where it changes.
 
-The forces that come closest to balance (see :mod:`steadyload.methods.equilibrium.balance`) leave
+The forces that come closest to balance (see :mod:`steadyload.statics.balance`) leave
 most items at rest. Some items are free: their forces are solved for, with everything else as firm
 as the floor. Where the items at rest can carry what then presses on them, these are the forces of
 the whole group; where one cannot, it is freed, with what stands on it, and the problem is solved

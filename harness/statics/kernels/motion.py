@@ -1,6 +1,6 @@
 """Motion of a group of items that lost its balance, over a given time: a model, no simulation.
 
-The model is that of :mod:`steadyload.methods.equilibrium.motion`, which tells what it assumes.
+The model is that of :mod:`steadyload.statics.motion`, which tells what it assumes.
 Items that stay at rest are not solved for: see :mod:`steadyload.statics.kernels.local_balance`.
 """
 

@@ -7,7 +7,7 @@ from enum import StrEnum
 from steadyload.layouts.model.contacts import find_supports
 from steadyload.layouts.model.footing import gaps, largest
 from steadyload.layouts.model.layout import Layout
-from steadyload.methods.equilibrium.balance import VerticalBalance, solve
+from steadyload.statics.balance import VerticalBalance, solve
 
 
 class Cause(StrEnum):

@@ -33,7 +33,7 @@ KINDS = (CONTAINERS, EURO_PALLETS, OTHERS, CUSTOMERS)
 
 NARROW = 0.1
 """A box that contact patches narrower or wider by less would let fall, or hold, is within 1 mm of
-its point of balance [cm]; see :mod:`steadyload.methods.equilibrium.margins`."""
+its point of balance [cm]; see :mod:`steadyload.statics.margins`."""
 
 _OF_CASES = [
     *(*KEYS, "instance", "item_count", "status", "failing_step"),

@@ -15,9 +15,9 @@ from scipy.optimize import linprog
 
 from steadyload.layouts.model.contacts import FLOOR, Patch, find_contacts
 from steadyload.layouts.model.layout import FloatArray, Layout
-from steadyload.methods.equilibrium.balance import solve
-from steadyload.methods.equilibrium.resolution import fastest
+from steadyload.statics.balance import solve
 from steadyload.statics.corners import corner_columns
+from steadyload.statics.resolution import fastest
 
 _HALVINGS = 24
 """Of the longest side, or more: a metre is told to a tenth of a micrometre."""

@@ -22,8 +22,8 @@ from scipy.optimize import Bounds, LinearConstraint, milp
 from scipy.sparse import csc_array, csr_array
 
 from steadyload.layouts.model.layout import TOLERANCE, FloatArray, Layout
-from steadyload.methods.simulation.criteria import Movement
 from steadyload.statics.kernels.constants import FLOOR
+from steadyload.statics.movement import Movement
 
 VERSION = 1
 """Of rest positions: raised when others are found."""

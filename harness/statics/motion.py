@@ -24,10 +24,10 @@ import numpy as np
 from steadyload.engines.attitudes import cross
 from steadyload.engines.world import GRAVITY
 from steadyload.layouts.model.layout import FloatArray
-from steadyload.methods.equilibrium.least_squares import nonnegative_least_squares
-from steadyload.methods.equilibrium.touching import FIRM, Indices, Points, directions, wrenches
 from steadyload.statics.kernels import group_forces
 from steadyload.statics.kernels.constants import AT_REST, EVENTS, FAR, RESIDUE, SAMPLES, TOUCH
+from steadyload.statics.least_squares import nonnegative_least_squares
+from steadyload.statics.touching import FIRM, Indices, Points, directions, wrenches
 
 VERSION = 2
 """Of how far items get: raised when it comes to other verdicts."""

@@ -8,13 +8,13 @@ from enum import StrEnum
 import numpy as np
 
 from steadyload.layouts.model.layout import TOLERANCE, Arrangement, FloatArray
-from steadyload.methods.equilibrium.balance import EDGE
-from steadyload.methods.equilibrium.least_squares import nonnegative_least_squares
-from steadyload.methods.equilibrium.resolution import is_balanced, unresolved
-from steadyload.methods.equilibrium.touching import Points, directions, touching_points, wrenches
+from steadyload.statics.balance import EDGE
+from steadyload.statics.least_squares import nonnegative_least_squares
+from steadyload.statics.resolution import is_balanced, unresolved
+from steadyload.statics.touching import Points, directions, touching_points, wrenches
 
 _RESIDUE = 1e-8
-"""As in :mod:`steadyload.methods.equilibrium.balance`; there are many more columns here."""
+"""As in :mod:`steadyload.statics.balance`; there are many more columns here."""
 
 FINEST = 64
 """Edges of the finest pyramids of an exact cone: they differ by 0.12 % in friction."""

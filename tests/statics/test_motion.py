@@ -7,8 +7,8 @@ from scipy.integrate import solve_ivp
 from steadyload.engines.world import GRAVITY
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.methods import make_method
-from steadyload.methods.equilibrium.motion import Bodies, displacements_after
-from steadyload.methods.equilibrium.touching import touching_points
+from steadyload.statics.motion import Bodies, displacements_after
+from steadyload.statics.touching import touching_points
 
 PALLET = Pallet(200.0, 200.0, 200.0)
 WIDTH, HEIGHT = 20.0, 10.0

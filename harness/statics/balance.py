@@ -22,11 +22,11 @@ import numpy as np
 
 from steadyload.layouts.model.contacts import FLOOR, Patch, Supports, find_supports
 from steadyload.layouts.model.layout import Arrangement, FloatArray
-from steadyload.methods.equilibrium.least_squares import nonnegative_least_squares
-from steadyload.methods.equilibrium.resolution import fastest, is_balanced, unresolved
 from steadyload.statics.corners import corner_columns
 from steadyload.statics.kernels.constants import EDGE as EDGE
 from steadyload.statics.kernels.constants import RESIDUE
+from steadyload.statics.least_squares import nonnegative_least_squares
+from steadyload.statics.resolution import fastest, is_balanced, unresolved
 
 VERSION = 1
 """Of balance, friction and who touches: raised when they come to other verdicts."""
