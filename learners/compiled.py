@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from steadyload import compilation
-from steadyload.statics.kernels import constants
+from steadyload.statics.kernels import constants, convex_hull
 
 _COMPILED = ("features", "inference", "convex_hull", "ranges", "support")
 """The files that hold compiled functions."""
@@ -17,7 +17,7 @@ PART = compilation.Part("the learners", 20, "steadyload.learners.warming:warm_up
 
 _SOURCES = hashlib.sha256(
     b"".join((Path(__file__).parent / f"{name}.py").read_bytes() for name in _COMPILED)
-    + Path(constants.__file__).read_bytes()
+    + b"".join(Path(str(of.__file__)).read_bytes() for of in (constants, convex_hull))
     + Path(compilation.__file__).read_bytes()
 ).hexdigest()[:12]
 

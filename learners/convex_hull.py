@@ -1,4 +1,4 @@
-"""Hulls, margins and pressures in the horizontal plane (x, z) [cm]: compiled, no objects."""
+"""Margins and pressures in the horizontal plane (x, z) [cm]: compiled, no objects."""
 
 from __future__ import annotations
 
@@ -9,27 +9,6 @@ from steadyload.learners.compiled import compiled
 
 _ROUNDS = 6
 """Of leaving out points that would pull."""
-
-
-@compiled
-def hull_of(xs: FloatArray, zs: FloatArray, count: int, hx: FloatArray, hz: FloatArray) -> int:
-    """The convex hull, counter-clockwise, of points sorted by (x, z); returns its corners."""
-    size = 0
-    for turn in range(2):
-        start = size
-        for step in range(count):
-            k = step if turn == 0 else count - 1 - step
-            while size - start > 1:
-                cross = (hx[size - 1] - hx[size - 2]) * (zs[k] - hz[size - 2]) - (
-                    hz[size - 1] - hz[size - 2]
-                ) * (xs[k] - hx[size - 2])
-                if cross > 1e-9:
-                    break
-                size -= 1
-            hx[size], hz[size] = xs[k], zs[k]
-            size += 1
-        size -= 1
-    return size
 
 
 @compiled

@@ -16,7 +16,8 @@ import numpy as np
 
 from steadyload.layouts.model.layout import TOLERANCE, FloatArray
 from steadyload.learners.compiled import compiled
-from steadyload.learners.convex_hull import hull_of, margin_in, pressures, sort_points
+from steadyload.learners.convex_hull import margin_in, pressures, sort_points
+from steadyload.statics.kernels.convex_hull import hull_of
 
 SECONDS, GRAVITY = 0.3, 980.0
 """Time [s] and acceleration [cm/s2] that a label gives an item to fall."""
@@ -53,6 +54,9 @@ the item's height. ``unbalanced``, ``moving``: items with a margin below 0, and 
 
 THRESHOLD = 10.0
 """Of a label: a way [cm] or an angle [degrees] beyond which an item has moved too far."""
+
+FLAT = 1e-9
+"""Cross product of two edges below which a point between them is no corner of a hull [cm2]."""
 
 _STATE, _OWN, _COLUMNS = len(STATE), len(OWN), len(COLUMNS)
 
@@ -160,7 +164,7 @@ def _catch(
                 xs[count], zs[count] = px, pz
                 count += 1
         sort_points(xs, zs, own, who, count)
-        hull = hull_of(xs, zs, count, ox, oz)
+        hull = hull_of(xs, zs, count, ox, oz, FLAT)
         if margin_in(x, z, ox, oz, hull)[0] >= 0.0:
             return angles[0], angles[k]
     return angles[0], math.pi / 2.0
@@ -329,7 +333,7 @@ def _stand(
                     count += 1
     row[0] = covered / (wide * deep)
     sort_points(xs, zs, areas, who, count)
-    corners = hull_of(xs, zs, count, hx, hz)
+    corners = hull_of(xs, zs, count, hx, hz, FLAT)
     margin, bx, bz, nx, nz = margin_in(x, z, hx, hz, corners)
     row[2], row[3] = margin, margin / min(wide, deep)
     seconds = SECONDS - math.sqrt(2.0 * min(row[4], _REACH) / GRAVITY)

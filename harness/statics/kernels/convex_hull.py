@@ -1,4 +1,4 @@
-"""Is a point inside the convex hull of a few points of the plane?"""
+"""Convex hulls of a few points of the plane, and whether a point lies inside."""
 
 from __future__ import annotations
 
@@ -33,25 +33,42 @@ def strictly_inside_hull(x: float, z: float, points: Any, least: float) -> bool:
 
 @compiled
 def convex_hull(points: Any) -> Any:
-    """Corners of the convex hull, counter-clockwise (Andrew's monotone chain), shape (h, 2)."""
+    """Corners of the convex hull, counter-clockwise, shape (h, 2)."""
     ordered = _ordered(points)
     count = len(ordered)
     line = np.empty((2 * count + 1, 2))
+    size = hull_of(ordered[:, 0], ordered[:, 1], count, line[:, 0], line[:, 1], 0.0)
+    return line[:size]
+
+
+@compiled
+def hull_of(xs: Any, zs: Any, count: int, hx: Any, hz: Any, least: float) -> int:
+    """The number of corners of a convex hull, counter-clockwise (Andrew's monotone chain).
+
+    Args:
+        xs: of points sorted by x, then by z [cm].
+        zs: of the same points.
+        count: of the points.
+        hx: the corners are put there, room for 2 count + 1.
+        hz: likewise.
+        least: the cross product of two edges at a corner must exceed this [cm2].
+    """
     size = 0
     for way in range(2):
         begin = size
-        for k in range(count):
-            x, z = ordered[k] if way == 0 else ordered[count - 1 - k]
+        for step in range(count):
+            k = step if way == 0 else count - 1 - step
             while size - begin > 1:
-                ax, az = line[size - 2]
-                bx, bz = line[size - 1]
-                if (bx - ax) * (z - az) - (bz - az) * (x - ax) > 0.0:
+                cross = (hx[size - 1] - hx[size - 2]) * (zs[k] - hz[size - 2]) - (
+                    hz[size - 1] - hz[size - 2]
+                ) * (xs[k] - hx[size - 2])
+                if cross > least:
                     break
                 size -= 1
-            line[size, 0], line[size, 1] = x, z
+            hx[size], hz[size] = xs[k], zs[k]
             size += 1
         size -= 1  # it begins the other way, or stands there already
-    return line[:size]
+    return size
 
 
 @compiled
