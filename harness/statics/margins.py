@@ -17,7 +17,7 @@ from steadyload.layouts.model.contacts import FLOOR, Patch, find_contacts
 from steadyload.layouts.model.layout import FloatArray, Layout
 from steadyload.statics.balance import solve
 from steadyload.statics.corners import corner_columns
-from steadyload.statics.resolution import fastest
+from steadyload.statics.kernels.constants import BALANCED
 
 _HALVINGS = 24
 """Of the longest side, or more: a metre is told to a tenth of a micrometre."""
@@ -77,8 +77,8 @@ class _Scene:
         patches = [p for p in self.patches if p.above in items and p.below <= step]
 
         def failing(grow: float) -> int | None:
-            found = solve(items, patches, self.layout.weights, self.middle, self.sizes, grow)
-            return None if found.balanced else items[fastest(found.motion)]
+            found = solve(self.layout, items, patches, grow)
+            return None if found.ended == BALANCED else found.item
 
         # Wider than this changes nothing any more: every patch spans its group.
         span = self.layout.upper[items][:, ::2] - self.layout.lower[items].min(axis=0)[::2]

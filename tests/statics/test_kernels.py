@@ -10,17 +10,18 @@ import numpy as np
 import pytest
 from scipy.optimize import nnls
 from scipy.spatial import ConvexHull
+from vertical_balance import VerticalBalance, solve
 
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.model.batch import LayoutBatch
-from steadyload.layouts.model.contacts import FLOOR, find_contacts
+from steadyload.layouts.model.contacts import FLOOR, find_contacts, find_supports
 from steadyload.methods import make_method
 from steadyload.methods.contract.method import Finding, NotBatchedError, Seconds
 from steadyload.methods.contract.spec import parse_spec
 from steadyload.methods.rules.base_support import FullBaseSupport
-from steadyload.statics import kernels
-from steadyload.statics.balance import VerticalBalance
+from steadyload.statics import balance, kernels
+from steadyload.statics.kernels.constants import BALANCED, UNBALANCED
 from steadyload.statics.kernels.contacts import contacts_of
 from steadyload.statics.kernels.convex_hull import strictly_inside_hull
 from steadyload.statics.kernels.least_squares import nonnegative_least_squares
@@ -197,12 +198,47 @@ def test_weights_that_hide_balance_have_no_verdict_in_a_batch():
 def test_balance_is_that_of_the_forces_kept_from_step_to_step(layouts):
     method, solved = make_method("equilibrium"), 0
     for layout in layouts:
-        verdict, balance = method.judge(layout), VerticalBalance(layout)
-        items = (balance.place(step) for step in range(len(layout)))
+        verdict, numpy = method.judge(layout), VerticalBalance(layout)
+        items = (numpy.place(step) for step in range(len(layout)))
         found = next(((k, item) for k, item in enumerate(items) if item is not None), (None, None))
         assert found == (verdict.failing_step, verdict.moved_item)
-        solved += balance.solved
+        solved += numpy.solved
     assert solved > 3
+
+
+def test_steps_behind_one_that_fails_are_balanced_as_in_numpy(layouts):
+    failing = behind = 0
+    for layout in layouts:
+        compiled, numpy = balance.VerticalBalance(layout), VerticalBalance(layout)
+        found = [compiled.place(step) for step in range(len(layout))]
+        assert found == [numpy.place(step) for step in range(len(layout))]
+        fails = [step for step, item in enumerate(found) if item is not None]
+        failing += bool(fails)
+        behind += len(fails[1:])
+        assert compiled.group(len(layout) - 1) == numpy.group(len(layout) - 1)
+    assert failing > 50
+    assert behind > 100
+
+
+@pytest.mark.parametrize("grow", [1e-5, 0.0, -0.5, -6.0, 10.0])
+def test_a_group_is_solved_as_in_numpy(layouts, grow):
+    ends = set()
+    for layout in layouts:
+        supports, last = find_supports(layout), len(layout) - 1
+        group = supports.joined(last, floor=False)
+        patches = [patch for item in group for patch in supports.below[item]]
+        found = balance.solve(layout, group, patches, grow)
+        centres = 0.5 * (layout.lower + layout.upper) + layout.mass_offsets
+        sizes = layout.upper - layout.lower
+        expected = solve(group, patches, layout.weights, centres, sizes, grow)
+        ends.add(found.ended)
+        assert expected.balanced == {BALANCED: True, UNBALANCED: False}.get(found.ended)
+        if found.ended == UNBALANCED:
+            assert found.item == group[fastest(expected.motion)]
+        else:
+            firm = [patch.below not in group for patch in patches]
+            assert found.forces[firm].sum() == pytest.approx(layout.weights[group].sum())
+    assert ends >= {BALANCED, UNBALANCED} or grow < -1.0
 
 
 def test_of_items_that_fail_alike_the_first_is_named():

@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
+from vertical_balance import VerticalBalance
 
 from steadyload.engines.world import GRAVITY
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.methods import make_method
 from steadyload.statics import kernels
-from steadyload.statics.balance import VerticalBalance
 from steadyload.statics.kernels.constants import UNBALANCED
 
 HOW = (0.5, 100.0 * GRAVITY, 0.3, 10.0, 10.0)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from struct import Struct
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,8 +24,8 @@ from steadyload.layouts.model.layout import (
 from steadyload.statics import kernels
 from steadyload.statics.kernels.constants import FULL, OUTSIDE, OVERLAPS, STANDS
 
-Rule = Callable[..., Any]
-"""A compiled function of :mod:`steadyload.statics.kernels.placing`."""
+if TYPE_CHECKING:
+    from steadyload.statics.kernels.growing import Arrays
 
 _AT_ONCE = 100
 """Positions that one compiled call looks at: between two, a user can interrupt."""
@@ -62,27 +62,27 @@ class GrowingLayout:
     @property
     def floor(self) -> Floor:
         """The floor that the items stand on; an ``auto`` one follows what is loaded by now."""
-        return self.pallet.floor_under(overhung=bool(self._array("counts")[4]))
+        return self.pallet.floor_under(overhung=bool(self._arrays.counts[kernels.growing.OVERHUNG]))
 
     @property
     def lower(self) -> FloatArray:
         """Lower corners [cm], shape (J, 3), columns x, y, z: a view, read-only as the others."""
-        return self._view(self._array("vectors")[0])
+        return self._view(self._arrays.vectors[0])
 
     @property
     def upper(self) -> FloatArray:
         """Upper corners [cm], shape (J, 3)."""
-        return self._view(self._array("vectors")[1])
+        return self._view(self._arrays.vectors[1])
 
     @property
     def mass_offsets(self) -> FloatArray:
         """Centres of mass minus geometric centres [cm], shape (J, 3)."""
-        return self._view(self._array("vectors")[2])
+        return self._view(self._arrays.vectors[2])
 
     @property
     def weights(self) -> FloatArray:
         """[kg], shape (J,)."""
-        return self._view(self._array("weights"))
+        return self._view(self._arrays.weights)
 
     @property
     def supports(self) -> Supports:
@@ -93,10 +93,12 @@ class GrowingLayout:
                 self._note_supports(item)
         return self._supports
 
-    def warm(self, rule: Rule, *how: float) -> None:
-        """Compile a ``place_...``, or load the compiled code: an item that cannot be is tried."""
+    def warm(self) -> None:
+        """Compile what :meth:`try_put` calls, or load the compiled code: an item that cannot be is
+        tried.
+        """
         self._next[:] = np.nan
-        rule(*self._arrays, *how)
+        kernels.placing.place(self._kept, kernels.placing.SUPPORTED, 0.0)
 
     def put(self, item: Item) -> None:
         """Put on the next item.
@@ -104,15 +106,15 @@ class GrowingLayout:
         Raises:
             LayoutError: it stands out of the contour or overlaps another; nothing has changed.
         """
-        self.try_put(item, kernels.growing.put)
+        self._put_by(item, kernels.growing.put)
 
-    def try_put(self, item: Item, rule: Rule, *how: float) -> tuple[int, int, float]:
+    def try_put(self, item: Item, rule: int, alpha: float = 0.0) -> tuple[int, int, float]:
         """Put on the next item if it stands by a compiled rule.
 
         Args:
             item: its sequence number is the number of items.
-            rule: a ``place_...`` of :mod:`steadyload.statics.kernels.placing`.
-            how: its parameters.
+            rule: one of :mod:`steadyload.statics.kernels.placing`.
+            alpha: see :func:`~steadyload.statics.kernels.placing.place`.
 
         Returns:
             See there. The item has been put on if it :data:`STANDS`.
@@ -120,11 +122,14 @@ class GrowingLayout:
         Raises:
             LayoutError: it stands out of the contour or overlaps another; nothing has changed.
         """
+        return self._put_by(item, kernels.placing.place, rule, alpha)
+
+    def _put_by(self, item: Item, put: Callable[..., Any], *how: float) -> tuple[int, int, float]:
         _write_box(self._next, 0, *item.position, *item.size, *item.mass_offset, item.weight)
-        found: tuple[int, int, float] = rule(*self._arrays, *how)
+        found: tuple[int, int, float] = put(self._kept, *how)
         while found[0] == FULL:
             self._keep(kernels.growing.with_more_room(self._arrays))
-            found = rule(*self._arrays, *how)
+            found = put(self._kept, *how)
         if found[0] == STANDS:
             self.items.append(item)
             if self._supports is not None:
@@ -134,22 +139,22 @@ class GrowingLayout:
         return found
 
     def endings(
-        self, item: Item, positions: FloatArray, rule: Rule, *how: float
+        self, item: Item, positions: FloatArray, rule: int, alpha: float = 0.0
     ) -> NDArray[np.int8]:
         """How putting the next item on each of some places would end, by a compiled rule.
 
         Args:
             item: its own position does not matter.
             positions: lower corners [cm], shape (K, 3).
-            rule: a ``stands_...`` of :mod:`steadyload.statics.kernels.placing`.
-            how: its parameters.
+            rule: see :meth:`try_put`.
+            alpha: likewise.
         """
         found = np.empty(len(positions), dtype=np.int8)
         _write_box(self._next, 0, *item.position, *item.size, *item.mass_offset, item.weight)
-        done = 0
+        done, stand = 0, kernels.placing.stand
         while done < len(positions):
             stop = min(done + _AT_ONCE, len(positions))
-            done = rule(*self._arrays, *how, positions[:stop], found, done)
+            done = stand(self._kept, rule, alpha, positions[:stop], found, done)
             if done < stop:
                 self._keep(kernels.growing.with_more_room(self._arrays))
         return found
@@ -162,20 +167,19 @@ class GrowingLayout:
 
     def cut(self, count: int) -> None:
         """Take off all items but the first ``count``."""
-        kernels.growing.take_off(*self._arrays, count)
+        kernels.growing.take_off(self._kept, count)
         while self._supports is not None and len(self._supports.below) > count:
             self._forget_supports()
         del self.items[count:]
 
     def beside(self, items: Sequence[int], reach: float) -> list[int]:
         """All other items with a gap of at most ``reach`` [cm] along every axis to one of some."""
-        lower, upper, _ = self._array("vectors")
-        cells, count = self._array("cells"), len(self.items)
+        (lower, upper, _), cells, count = self._arrays.vectors, self._arrays.cells, len(self.items)
         found: set[int] = set()
         for item in items:
             low, high = lower[item], upper[item]
             near = kernels.cells.items_near(
-                lower, upper, cells, count, self._limits, low, high, reach + TOLERANCE
+                lower, upper, cells, count, self._arrays.limits, low, high, reach + TOLERANCE
             )
             # To the last bit as for all items at once
             # (steadyload.methods.simulation.scene.neighbourhood).
@@ -199,16 +203,12 @@ class GrowingLayout:
         other = GrowingLayout.__new__(GrowingLayout)
         other.pallet, other.name = self.pallet, self.name
         other.items, other._supports = list(self.items), None
-        other._keep(tuple(array.copy() for array in self._arrays))
+        other._keep(kernels.growing.copied(self._arrays))
         return other
 
-    def _keep(self, arrays: tuple[NDArray[Any], ...]) -> None:
-        self._arrays = arrays
-        self._limits = arrays[-1]
-        self._next: Any = self._limits[kernels.growing.BOX :]
-
-    def _array(self, name: str) -> NDArray[Any]:
-        return self._arrays[kernels.growing.ARRAYS.index(name)]
+    def _keep(self, arrays: Arrays) -> None:
+        self._arrays, self._kept = arrays, tuple(arrays)
+        self._next: Any = arrays.limits[kernels.growing.BOX :]
 
     def _view(self, array: FloatArray) -> FloatArray:
         view = array[: len(self.items)]
@@ -217,8 +217,8 @@ class GrowingLayout:
 
     def _note_supports(self, item: int) -> None:
         """Take an item into the lists of supports, and what it carries."""
-        blocks, links = self._array("blocks"), self._array("links")
-        patches, supports = self._array("patches"), self._supports
+        arrays, supports = self._arrays, self._supports
+        blocks, links, patches = arrays.blocks, arrays.links, arrays.patches
         assert supports is not None
         start, end, _, above_start, above_end, _, _, on_floor, _ = blocks[:, item].tolist()
         below = zip(links[0, start:end].tolist(), patches[start:end].tolist(), strict=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -41,7 +42,7 @@ from steadyload.statics.kernels.constants import BALANCED, UNBALANCED, UNRESOLVE
 from steadyload.statics.motion import VERSION as MOTION
 from steadyload.statics.motion import Bodies, displacements_after
 from steadyload.statics.movement import Movement
-from steadyload.statics.resolution import fastest, unresolved
+from steadyload.statics.resolution import UnresolvedError, fastest, unresolved
 from steadyload.statics.touching import touching_points
 
 
@@ -93,6 +94,7 @@ _LATER = 4
 
 _LONG = 0.05
 """CPU time of this thread, in which kernels compute [s]."""
+
 
 _Near = Callable[[Sequence[int], float], Sequence[int]]
 """Of some items and a reach [cm]: at least those that they can meet within it."""
@@ -196,7 +198,7 @@ class Equilibrium(Method):
 
     def prepare(self, item_count: int = 0) -> None:
         """See :meth:`Method.prepare`: compile."""
-        judge_one_item(self)
+        VerticalBalance(judge_one_item(self)).place(0)
 
     def _judge(self, layout: Layout, watch: Stopwatch) -> Finding:
         if self._is_timed:
@@ -207,7 +209,7 @@ class Equilibrium(Method):
             return STABLE
         if ended == UNBALANCED and self._is_vertical:
             return self._unbalanced(step, item)
-        balance = self.balance(layout)
+        balance = VerticalBalance(layout, self.parameters.margin)
         for step in range(len(layout)):
             watch.check()
             finding = self.judge_step(layout, balance, step)
@@ -254,12 +256,16 @@ class Equilibrium(Method):
             )
         if self._is_timed:
             return BalancedLoader(layout, self._judge_motion)
-        return _BalanceLoader(self, layout)
+        return BalancedLoader(layout, self._judge_last)
 
-    def balance(self, layout: Layout) -> VerticalBalance:
-        """The balance of a layout's vertical forces, with no item placed yet."""
-        margin = self.parameters.margin
-        return VerticalBalance(layout, find_supports(layout).drawn_in(margin) if margin else None)
+    def _judge_last(self, layout: GrowingLayout, watch: Stopwatch) -> Finding:
+        """Judge the last step, whatever came of others: forces of its group are found anew."""
+        balance, last = VerticalBalance(layout), len(layout) - 1
+        for step in balance.group(last)[:-1]:
+            watch.check()
+            with contextlib.suppress(UnresolvedError):  # with which that step ended
+                balance.place(step)
+        return self.judge_step(layout, balance, last, layout.beside) or STABLE
 
     def is_near_its_edge(self, layout: Arrangement, step: int) -> bool:
         """Whether an item on the floor has its centre of mass outside its base, with the margin."""
@@ -286,7 +292,7 @@ class Equilibrium(Method):
                 return None
             if self.parameters.time is None:
                 return self._unbalanced(step, among)
-            far = self.farthest(layout, balance, step, near)
+            far = self.farthest(layout, balance.group(step), step, near)
         except RuntimeError as error:  # the solver's only way to say that it gave up
             return Finding(status=Status.ERROR, reason=f"step {step}: {error}")
         if not far.beyond > 1.0:
@@ -313,22 +319,22 @@ class Equilibrium(Method):
         return unbalanced_item(layout, step, p.sides, p.friction, p.facets, exact=exact)
 
     def farthest(
-        self, layout: Arrangement, balance: VerticalBalance, step: int, near: _Near | None = None
+        self, layout: Arrangement, items: Sequence[int], step: int, near: _Near | None = None
     ) -> Movement:
-        """The item of the new one's group that gets furthest within the time.
+        """The item of a group that gets furthest within the time.
 
         Items beside the group are in the way and do not move. Letting those move, too, that the
         group leans on was tried: four times the cost, and no more verdicts right.
 
         Args:
             layout: any layout.
-            balance: of it, with all items up to the new one placed.
-            step: the new item, which something is out of balance with.
+            items: the group, of which something is out of balance.
+            step: the item placed last.
             near: which items may be in the way; None for all that have been placed.
         """
         p = self.parameters
-        items = balance.group(step)
-        sizes = balance.sizes[items]
+        lower, upper = layout.lower[items], layout.upper[items]
+        sizes, centres = upper - lower, 0.5 * (lower + upper) + layout.mass_offsets[items]
         # How far a corner can come before its item counts as moved.
         turned = 2.0 * math.sin(0.5 * math.radians(min(p.eps_r, 180.0)))
         reach = p.eps_t + turned * float(np.sqrt((sizes**2).sum(axis=1)).max())
@@ -336,11 +342,9 @@ class Equilibrium(Method):
         others = sorted(set(among).difference(items))
         points = touching_points(layout, items, others, reach=reach)
         rough = (points.axes == 1) | (p.sides is Sides.FRICTION)
-        centres = balance.centres[items]
         bodies = Bodies(layout.weights[items], centres, sizes)
         way = displacements_after(bodies, points, np.where(rough, p.friction, 0.0), p.time)
-        corners = layout.lower[items] - centres
-        shifts = np.abs(way.shifts + cross(way.turns, corners)).max(axis=1)
+        shifts = np.abs(way.shifts + cross(way.turns, lower - centres)).max(axis=1)
         turns = np.degrees(np.abs(way.turns)).max(axis=1)
         beyond = np.maximum(shifts / max(p.eps_t, 1e-12), turns / max(p.eps_r, 1e-12))
         worst = fastest(beyond)
@@ -362,7 +366,7 @@ class _BalancedSteps(StepScorer):
 
     def __init__(self, method: Equilibrium, layout: Layout) -> None:
         self._method, self._layout = method, layout
-        self._balance = method.balance(layout)
+        self._balance = VerticalBalance(layout, method.parameters.margin)
         self._placed = 0
         self._disturbed = False
         self._timed = method.parameters.time is not None
@@ -385,36 +389,7 @@ class _BalancedSteps(StepScorer):
                 return self._unsure
             if not self._timed:
                 return 1.0
-            return self._method.farthest(self._layout, self._balance, step).beyond
+            group = self._balance.group(step)
+            return self._method.farthest(self._layout, group, step).beyond
         except RuntimeError:  # the solver's only way to say that it gave up
             return math.nan
-
-
-class _BalanceLoader(Loader):
-    """Carries the forces from placement to placement, and stores those before each, with sides."""
-
-    def __init__(self, method: Equilibrium, layout: GrowingLayout) -> None:
-        super().__init__(layout)
-        self._method = method
-        self._balance = VerticalBalance(layout, layout.supports)
-        # By step: the forces that it has changed.
-        self._before: list[list] = []
-
-    def place(self, watch: Stopwatch) -> Finding:
-        self._balance.add()
-        self._balance.changed = []
-        self._before.append(self._balance.changed)
-        step = len(self.layout) - 1
-        found = self._method.judge_step(self.layout, self._balance, step, self.layout.beside)
-        return found or STABLE
-
-    def go_back(self, count: int) -> None:
-        while len(self._before) > count:
-            self._balance.restore(self._before.pop())
-        self._balance.cut(count)
-
-    def fork(self, layout: GrowingLayout) -> _BalanceLoader:
-        other = _BalanceLoader(self._method, layout)
-        other._balance = self._balance.copy(layout, layout.supports)
-        other._before = list(self._before)
-        return other

@@ -85,7 +85,7 @@ class Settling(Method):
 
     def prepare(self, item_count: int = 0) -> None:
         """See :meth:`Method.prepare`: compile."""
-        judge_one_item(self)
+        VerticalBalance(judge_one_item(self)).place(0)
 
     def _judge(self, layout: Layout, watch: Stopwatch) -> Finding:
         floor, margin = layout.floor.corners, float(self.parameters.margin)
@@ -107,12 +107,11 @@ class _SettlingSteps(StepScorer):
 
     def __init__(self, parameters: SettlingParameters, layout: Layout) -> None:
         self._layout, self._margin = layout, parameters.margin
-        supports = find_supports(layout)
-        self._supports = supports.drawn_in(self._margin) if self._margin else supports
-        self._balance = VerticalBalance(layout, self._supports)
+        self._on_floor = np.array(find_supports(layout).on_floor)
+        self._balance = VerticalBalance(layout, self._margin)
         self._rest = RestPositions(layout, self._margin, parameters.eps_t, parameters.eps_r)
         inside = inset(layout, slice(None)) >= self._margin
-        self._fixed = np.array(self._supports.on_floor) & inside
+        self._fixed = self._on_floor & inside
         meets: list[list[int]] = [[] for _ in range(len(layout))]
         for below, above in zip(self._rest.below.tolist(), self._rest.above.tolist(), strict=True):
             if below >= 0:
@@ -165,7 +164,7 @@ class _SettlingSteps(StepScorer):
         if self._settles.isdisjoint(group):
             for item in group:
                 if item not in self._balanced:
-                    fails = not self._fixed[item] and self._supports.on_floor[item]
+                    fails = not self._fixed[item] and self._on_floor[item]
                     if fails or self._balance.place(item) is not None:
                         break
                     self._balanced.add(item)

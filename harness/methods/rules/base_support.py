@@ -85,11 +85,12 @@ class PartialBaseSupport(Method):
 
     def begin(self, layout: GrowingLayout) -> Loader:
         """A loader that checks the new item and the items it stands on."""
-        placing = kernels.placing
         return RuleLoader(
-            layout, placing.place_supported, placing.stands_supported, (self._alpha,),
+            layout,
+            kernels.placing.SUPPORTED,
             lambda step, _, share: self._too_little(step, share),
-        )  # fmt: skip
+            self._alpha,
+        )
 
     def _too_little(self, step: int, support: float) -> Finding:
         return Finding(

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from steadyload.layouts.model.growing import GrowingLayout, Rule
+from steadyload.layouts.model.growing import GrowingLayout
 from steadyload.layouts.model.layout import FloatArray, Item
 from steadyload.methods.contract.method import STABLE, Finding, Loader, Stopwatch
 from steadyload.statics import kernels
@@ -15,40 +15,37 @@ from steadyload.statics.kernels.constants import FAILS, STANDS, UNRESOLVED
 
 
 class RuleLoader(Loader):
-    """A loader by a pair of functions of :mod:`steadyload.statics.kernels.placing`, which keep all
-    that there is to keep in the layout's arrays.
+    """A loader by a compiled rule, which keeps all that there is to keep in the layout's arrays.
 
     Args:
         layout: what is loaded.
-        place: the ``place_...`` of the pair.
-        stands: the ``stands_...`` of the pair.
-        how: parameters of both.
+        rule: one of :mod:`steadyload.statics.kernels.placing`.
         finding: of an item that does not stand, from the step, the item that fails, and the number
             that belongs to the rule.
+        alpha: see there.
     """
 
     def __init__(
         self,
         layout: GrowingLayout,
-        place: Rule,
-        stands: Rule,
-        how: tuple[float, ...],
+        rule: int,
         finding: Callable[[int, int, float], Finding],
+        alpha: float = 0.0,
     ) -> None:
         super().__init__(layout)
-        self._place, self._stands, self._how, self._finding = place, stands, how, finding
-        layout.warm(place, *how)
+        self._rule, self._alpha, self._finding = rule, alpha, finding
+        layout.warm()
 
     def load(self, item: Item, watch: Stopwatch) -> Finding:
         """See :meth:`Loader.load`."""
-        ended, culprit, number = self.layout.try_put(item, self._place, *self._how)
+        ended, culprit, number = self.layout.try_put(item, self._rule, self._alpha)
         if ended == STANDS:
             return STABLE
         return self._finding(len(self.layout), culprit, number)
 
     def feasible(self, item: Item, positions: FloatArray) -> NDArray[np.bool_] | None:
         """See :meth:`Loader.feasible`."""
-        endings = self.layout.endings(item, positions, self._stands, *self._how)
+        endings = self.layout.endings(item, positions, self._rule, self._alpha)
         found: NDArray[np.bool_] = endings == STANDS
         return found
 
@@ -57,7 +54,7 @@ class RuleLoader(Loader):
 
     def fork(self, layout: GrowingLayout) -> RuleLoader:
         """See :meth:`Loader.fork`."""
-        return RuleLoader(layout, self._place, self._stands, self._how, self._finding)
+        return RuleLoader(layout, self._rule, self._finding, self._alpha)
 
 
 class BalancedLoader(Loader):
@@ -80,7 +77,7 @@ class BalancedLoader(Loader):
         unbalanced: Callable[[int, int], Finding] | None = None,
     ) -> None:
         super().__init__(layout)
-        layout.warm(kernels.placing.place_balanced)
+        layout.warm()
         self._whole, self._unbalanced = whole, unbalanced
         self._known: int | None = None
         """So many items have forces that are known; None for all."""
@@ -88,7 +85,7 @@ class BalancedLoader(Loader):
     def load(self, item: Item, watch: Stopwatch) -> Finding:
         """See :meth:`Loader.load`."""
         if self._known is None:
-            ended, culprit, _ = self.layout.try_put(item, kernels.placing.place_balanced)
+            ended, culprit, _ = self.layout.try_put(item, kernels.placing.BALANCED)
             if ended == STANDS:
                 return STABLE
             if ended != UNRESOLVED and self._unbalanced is not None:
@@ -101,7 +98,7 @@ class BalancedLoader(Loader):
         """See :meth:`Loader.feasible`."""
         if self._known is not None:
             return None
-        endings = self.layout.endings(item, positions, kernels.placing.stands_balanced)
+        endings = self.layout.endings(item, positions, kernels.placing.BALANCED)
         open_ones = (UNRESOLVED,) if self._unbalanced is not None else (UNRESOLVED, FAILS)
         return None if np.isin(endings, open_ones).any() else endings == STANDS
 

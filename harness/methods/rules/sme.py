@@ -68,11 +68,11 @@ class StaticMechanicalEquilibrium(Method):
 
     def begin(self, layout: GrowingLayout) -> Loader:
         """A loader that checks the new item and the items that carry it."""
-        placing = kernels.placing
         return RuleLoader(
-            layout, placing.place_sme, placing.stands_sme, (),
+            layout,
+            kernels.placing.CARRIED,
             lambda step, culprit, carried: _finding(step, culprit, carried=bool(carried)),
-        )  # fmt: skip
+        )
 
 
 def _finding(step: int, culprit: int, *, carried: bool) -> Finding:

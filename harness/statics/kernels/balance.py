@@ -7,15 +7,64 @@ items as it takes: see :mod:`steadyload.statics.kernels.local_balance`.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from steadyload.statics.kernels.compiled import compiled
 from steadyload.statics.kernels.constants import BALANCED, FLOOR, UNBALANCED
-from steadyload.statics.kernels.contacts import contacts_of, draw_in
+from steadyload.statics.kernels.contacts import Contacts, contacts_of, draw_in
 from steadyload.statics.kernels.local_balance import balance_group
 from steadyload.statics.kernels.spreading import spread
+
+
+class Held(NamedTuple):
+    """Items, and the forces that balance those placed so far.
+
+    Any NamedTuple with these fields will do, as
+    :class:`~steadyload.statics.kernels.growing.Growing` and
+    :class:`~steadyload.statics.kernels.timed_balance.Loading`.
+
+    Attributes:
+        lower, upper, weights: see :mod:`steadyload.statics.kernels`.
+        centres: of mass (x, y, z) [cm], shape (J, 3).
+        contacts: of all items.
+        meets: of :func:`patches_above`.
+        presses: force [kg] and its moments [kg cm] at every patch so far, shape (P, 3).
+        changed: the new ones are put there, shape (P, 3).
+        moves: items that nothing can be passed to, shape (J,).
+    """
+
+    lower: Any
+    upper: Any
+    weights: Any
+    centres: Any
+    contacts: Contacts
+    meets: Any
+    presses: Any
+    changed: Any
+    moves: Any
+
+
+@compiled
+def begin(lower: Any, upper: Any, weights: Any, offsets: Any, floor: Any, margin: float) -> Held:
+    """Items of which none is placed yet.
+
+    Args:
+        lower: see :mod:`steadyload.statics.kernels`.
+        upper: likewise.
+        weights: likewise.
+        offsets: likewise.
+        floor: likewise, shape (5,).
+        margin: by which contact patches are drawn in on every side [cm].
+    """
+    contacts = contacts_of(lower, upper, floor)
+    draw_in(contacts.patches, margin)
+    presses = np.zeros((len(contacts.below), 3))
+    return Held(
+        lower, upper, weights, 0.5 * (lower + upper) + offsets, contacts, patches_above(contacts),
+        presses, np.empty_like(presses), np.zeros(len(lower), dtype=np.bool_),
+    )  # fmt: skip
 
 
 @compiled
@@ -37,26 +86,37 @@ def first_unbalanced(
         and the item that is out of balance (-1 where none is).
     """
     count = len(lower)
-    contacts = contacts_of(lower, upper, floor)
-    draw_in(contacts.patches, margin)
-    centres = np.empty((count, 3))
-    for j in range(count):
-        for c in range(3):
-            centres[j, c] = 0.5 * (lower[j, c] + upper[j, c]) + offsets[j, c]
-    meets = patches_above(contacts)
-    presses = np.zeros((len(contacts.below), 3))
-    changed = np.empty_like(presses)
-    moves = np.zeros(count, dtype=np.bool_)
+    held = begin(lower, upper, weights, offsets, floor, margin)
     for step in range(count):
-        if margin > 0.0 and is_near_its_edge(step, contacts, lower, upper, offsets, margin):
+        if margin > 0.0 and is_near_its_edge(step, held.contacts, lower, upper, offsets, margin):
             return UNBALANCED, step, step
-        ended, item, items = balance_after(
-            step, contacts, meets, centres, weights, lower, upper, moves, presses, changed
-        )
+        ended, item, items = balance_after(step, held, False)
         if ended != BALANCED:
             return ended, step, item
-        replace_presses(items, step, contacts, presses, changed)
+        replace_presses(items, step, held)
     return BALANCED, count, -1
+
+
+@compiled
+def balance_whole_group(step: int, held: Held) -> Any:
+    """Place an item, whatever came of those before; forces are solved for of whole groups.
+
+    Where rounding hides whether they balance, nothing is changed.
+
+    Args:
+        step: the new item.
+        held: brought up to date.
+
+    Returns:
+        How it ended, and the item that is out of balance, -1 where none is.
+    """
+    ended, item, items = balance_after(step, held, True)
+    if ended == BALANCED:
+        replace_presses(items, step, held)
+        held.moves[items] = False
+    elif ended == UNBALANCED:
+        held.moves[joined(step, held.contacts)] = True
+    return ended, item
 
 
 @compiled
@@ -83,58 +143,47 @@ def is_near_its_edge(
 
 
 @compiled
-def balance_after(
-    step: int, contacts: Any, meets: Any, centres: Any, weights: Any, lower: Any, upper: Any,
-    moves: Any, presses: Any, changed: Any,
-) -> Any:  # fmt: skip
+def balance_after(step: int, held: Held, whole: bool) -> Any:
     """Forces that balance every item once another is placed on items that are balanced.
 
     Args:
-        step: the new item.
-        contacts: of the layout; later items do not count.
-        meets: of :func:`patches_above`.
-        centres: of mass (x, y, z) [cm], shape (J, 3).
-        weights: [kg], shape (J,).
-        lower: corners [cm], shape (J, 3).
-        upper: likewise.
-        moves: items that nothing can be passed to, shape (J,).
-        presses: force [kg] and its moments [kg cm] at every patch so far, shape (P, 3).
-        changed: the new ones are put there, shape (P, 3).
+        step: the new item; later ones do not count.
+        held: of what is loaded; only ``changed`` is written to.
+        whole: where the new weight cannot be passed down, solve for all items of the group.
 
     Returns:
         How the search ended, the item that is out of balance (-1 where none is), and the items
         below which presses change.
     """
-    nobody = np.empty(0, dtype=np.int64)
+    nobody, contacts = np.empty(0, dtype=np.int64), held.contacts
     if contacts.on_floor[step]:
         return BALANCED, -1, nobody
     first = contacts.above_starts[step]
     if first == contacts.above_ends[step] or contacts.above[first] > step:
-        passed, items = _passing_down(
-            step, contacts, meets, centres, weights, lower, moves, presses, changed
-        )
+        passed, items = _passing_down(step, held)
         if passed:
             return BALANCED, -1, items
         # Nothing holds down the newest item, so no forces elsewhere help it.
-        x, z = centres[step, 0], centres[step, 2]
-        carriers = _carriers(step, step, contacts)
-        if not spread(weights[step], x, z, contacts.patches[carriers], changed[carriers]):
+        x, z = held.centres[step, 0], held.centres[step, 2]
+        own = _carriers(step, step, contacts)
+        if not spread(held.weights[step], x, z, contacts.patches[own], held.changed[own]):
             return UNBALANCED, step, nobody
     items = joined(step, contacts)
     ended, item = balance_group(
-        step, items, contacts, meets, centres, weights, lower, upper, presses, changed,
-        np.zeros_like(moves), np.empty((len(presses), 6)),
+        step, items, held, held.changed, np.zeros_like(held.moves),
+        np.empty((len(held.presses), 6)), whole,
     )  # fmt: skip
     return ended, item, items
 
 
 @compiled
-def replace_presses(items: Any, step: int, contacts: Any, presses: Any, changed: Any) -> None:
+def replace_presses(items: Any, step: int, held: Held) -> None:
     """Replace presses below some items, on what is there after a step, by changed ones."""
+    contacts = held.contacts
     for item in items:
         for k in range(contacts.starts[item], contacts.ends[item]):
             if contacts.below[k] <= step:
-                presses[k] = changed[k]
+                held.presses[k] = held.changed[k]
 
 
 @compiled
@@ -167,37 +216,20 @@ def patches_above(contacts: Any) -> Any:
 
 
 @compiled
-def passed_down(
-    step: int, contacts: Any, meets: Any, centres: Any, weights: Any, lower: Any, moves: Any,
-    presses: Any, changed: Any,
-) -> bool:  # fmt: skip
-    """Pass the new weight down one way; presses are replaced only where it succeeds.
-
-    Args:
-        step: the new item.
-        contacts: of the layout.
-        meets: of :func:`patches_above`.
-        centres: of mass (x, y, z) [cm], shape (J, 3).
-        weights: [kg], shape (J,).
-        lower: corners [cm], shape (J, 3).
-        moves: items that nothing can be passed to, shape (J,).
-        presses: force [kg] and its moments [kg cm] at every patch, shape (P, 3).
-        changed: room of that shape.
-    """
-    passed, items = _passing_down(
-        step, contacts, meets, centres, weights, lower, moves, presses, changed
-    )
+def passed_down(step: int, held: Held) -> bool:
+    """Pass the new weight down one way; presses are replaced only where it succeeds."""
+    passed, items = _passing_down(step, held)
     if passed:
-        replace_presses(items, step, contacts, presses, changed)
+        replace_presses(items, step, held)
     return passed
 
 
 @compiled
-def _passing_down(
-    step: int, contacts: Any, meets: Any, centres: Any, weights: Any, lower: Any, moves: Any,
-    presses: Any, changed: Any,
-) -> Any:  # fmt: skip
+def _passing_down(step: int, held: Held) -> Any:
     """See :func:`passed_down`; whether it succeeds, and the items below which presses change."""
+    contacts, meets, moves = held.contacts, held.meets, held.moves
+    centres, weights, lower = held.centres, held.weights, held.lower
+    presses, changed = held.presses, held.changed
     passed, waiting = [step], [step]
     done = 0
     while done < len(waiting):

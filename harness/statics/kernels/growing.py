@@ -1,20 +1,7 @@
 """A layout that grows item by item, in arrays with room for more; a new item costs what it touches.
 
-The arrays are handed over one by one, in the order of :data:`ARRAYS`: a tuple of them would take
-longer to hand over than an item to place. Room for J items, P patches and L changes of presses:
-
-``vectors`` (3, J, 3): lower corners, upper corners, and centres of mass minus geometric centres
-[cm]. ``weights`` (J,) [kg]. ``centres`` (J, 3): of mass [cm]. ``blocks`` (9, J): of every
-item the start and end of its patches and where their room ends, the same of the items on it, the
-start of its changes, whether it stands on the floor, and 0. ``links`` (3, P): what is below each
-patch, the items above, and the patch of each of them. ``patches`` (P, 4) as in
-:mod:`steadyload.statics.kernels.contacts`. ``presses`` (2, P, 3) as in
-:mod:`steadyload.statics.kernels.balance`, and room for others. ``changes`` (L, 5): item, number of
-its patch, and its press before. ``cells`` (6 * SLABS, J / 64): see
-:mod:`steadyload.statics.kernels.cells`. ``counts`` (5,): items, patches, places for items above,
-changes, items that stand out over the deck. ``limits`` (24,): contour (lower, upper), deck (x0, z0,
-x1, z1) and its height (0 for a plane), slabs per cm along x, y, z, and the next item: position,
-size, offset, weight.
+Compiled functions take :class:`Arrays` as a plain tuple: numba hands that over at the cost of loose
+arrays, and takes a microsecond and a half more to find out what a NamedTuple is.
 """
 
 from __future__ import annotations
@@ -23,16 +10,15 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from steadyload.statics.kernels.cells import SLABS, common_items, enter, leave, lowest, rows_near
 from steadyload.statics.kernels.compiled import compiled
 from steadyload.statics.kernels.constants import FLOOR, FULL, OUTSIDE, OVERLAPS, STANDS, TOLERANCE
 from steadyload.statics.kernels.contacts import Contacts
 
-ARRAYS = (
-    "vectors", "weights", "centres", "blocks", "links", "patches", "presses", "changes", "cells",
-    "counts", "limits",
-)  # fmt: skip
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 
 BOX = 14
 """Where the next item begins in ``limits``."""
@@ -43,15 +29,49 @@ ITEMS, PATCHES, ABOVES, CHANGES, OVERHUNG = range(5)
 _ROOM = 4
 """Places for items above an item at first."""
 
-
 _FIRST_ROOM = 64
-_AXES = (1, 0, 0, 1, 1, 0, 1, 0, 1, None, None)
+
+
+class Arrays(NamedTuple):
+    """All that is kept of a layout, with room for J items, P patches and L changes of presses.
+
+    Attributes:
+        vectors: lower corners, upper corners, and centres of mass minus geometric centres [cm],
+            shape (3, J, 3).
+        weights: [kg], shape (J,).
+        centres: of mass [cm], shape (J, 3).
+        blocks: of every item the start and end of its patches and where their room ends, the same
+            of the items on it, the start of its changes, whether it stands on the floor, and 0,
+            shape (9, J).
+        links: what is below each patch, the items above, and the patch of each of them, (3, P).
+        patches: as in :mod:`steadyload.statics.kernels.contacts`, shape (P, 4).
+        presses: as in :mod:`steadyload.statics.kernels.balance`, and room for others, (2, P, 3).
+        changes: item, number of its patch, and its press before, shape (L, 5).
+        cells: see :mod:`steadyload.statics.kernels.cells`, shape (6 * SLABS, J / 64).
+        counts: items, patches, places for items above, changes, items that stand out over the deck,
+            shape (5,).
+        limits: contour (lower, upper), deck (x0, z0, x1, z1) and its height (0 for a plane), slabs
+            per cm along x, y, z, and the next item: position, size, offset, weight, shape (24,).
+    """
+
+    vectors: FloatArray
+    weights: FloatArray
+    centres: FloatArray
+    blocks: IntArray
+    links: IntArray
+    patches: FloatArray
+    presses: FloatArray
+    changes: FloatArray
+    cells: IntArray
+    counts: IntArray
+    limits: FloatArray
+
+
+_AXES = Arrays(1, 0, 0, 1, 1, 0, 1, 0, 1, None, None)  # type: ignore[arg-type]
 """The axis along which each array grows; None for those that do not."""
 
 
-def first_arrays(
-    least: Sequence[float], most: Sequence[float], deck: Sequence[float]
-) -> tuple[Any, ...]:
+def first_arrays(least: Sequence[float], most: Sequence[float], deck: Sequence[float]) -> Arrays:
     """The arrays of a layout without items.
 
     Args:
@@ -61,7 +81,7 @@ def first_arrays(
     """
     room, links = _FIRST_ROOM, 8 * _FIRST_ROOM
     slabs = SLABS / (np.array(most) - np.array(least))
-    return (
+    return Arrays(
         np.zeros((3, room, 3)), np.zeros(room), np.zeros((room, 3)),
         np.zeros((9, room), dtype=np.int64), np.zeros((3, links), dtype=np.int64),
         np.zeros((links, 4)), np.zeros((2, links, 3)), np.zeros((links, 5)),
@@ -70,16 +90,21 @@ def first_arrays(
     )  # fmt: skip
 
 
-def with_more_room(arrays: tuple[Any, ...]) -> tuple[Any, ...]:
+def copied(arrays: Arrays) -> Arrays:
+    """The same in other memory."""
+    return Arrays._make(array.copy() for array in arrays)
+
+
+def with_more_room(arrays: Arrays) -> Arrays:
     """The same with twice the room."""
-    return tuple(
+    return Arrays._make(
         array if axis is None else np.concatenate((array, np.zeros_like(array)), axis=axis)
         for array, axis in zip(arrays, _AXES, strict=True)
     )
 
 
 class Growing(NamedTuple):
-    """The arrays, seen as the functions on whole layouts see them; names as in the module."""
+    """The arrays, seen as the functions on whole layouts see them; names as in :class:`Arrays`."""
 
     lower: Any
     upper: Any
@@ -102,32 +127,26 @@ class Growing(NamedTuple):
 
 
 @compiled
-def opened(
-    vectors: Any, weights: Any, centres: Any, blocks: Any, links: Any, patches: Any, presses: Any,
-    changes: Any, cells: Any, counts: Any, limits: Any,
-) -> Growing:  # fmt: skip
-    """The arrays under the names by which functions on whole layouts know them."""
+def opened(kept: Any) -> Growing:
+    """The arrays, a tuple, under the names by which functions on whole layouts know them."""
+    arrays = Arrays(*kept)
+    blocks, links, vectors = arrays.blocks, arrays.links, arrays.vectors
     contacts = Contacts(
-        blocks[7], blocks[0], blocks[1], links[0], patches, blocks[3], blocks[4], links[1]
+        blocks[7], blocks[0], blocks[1], links[0], arrays.patches, blocks[3], blocks[4], links[1]
     )
     return Growing(
-        vectors[0], vectors[1], vectors[2], weights, centres, contacts, blocks[2], blocks[5],
-        links[2], presses[0], presses[1], blocks[8], blocks[6], changes, cells, counts, limits,
-        limits[BOX:],
+        vectors[0], vectors[1], vectors[2], arrays.weights, arrays.centres, contacts, blocks[2],
+        blocks[5], links[2], arrays.presses[0], arrays.presses[1], blocks[8], blocks[6],
+        arrays.changes, arrays.cells, arrays.counts, arrays.limits, arrays.limits[BOX:],
     )  # fmt: skip
 
 
 @compiled
-def put(
-    vectors: Any, weights: Any, centres: Any, blocks: Any, links: Any, patches: Any, presses: Any,
-    changes: Any, cells: Any, counts: Any, limits: Any,
-) -> Any:  # fmt: skip
+def put(kept: Any) -> Any:
     """Put on the next item, whether it stands or not; how that ended, in the form of a rule's
     answer (see :mod:`steadyload.statics.kernels.placing`).
     """
-    grown = opened(
-        vectors, weights, centres, blocks, links, patches, presses, changes, cells, counts, limits
-    )
+    grown = opened(kept)
     ended, below, above = touching(grown)
     if ended == STANDS:
         join(grown, below, above)
@@ -136,16 +155,11 @@ def put(
 
 
 @compiled
-def take_off(
-    vectors: Any, weights: Any, centres: Any, blocks: Any, links: Any, patches: Any, presses: Any,
-    changes: Any, cells: Any, counts: Any, limits: Any, count: int,
-) -> None:  # fmt: skip
+def take_off(kept: Any, count: int) -> None:
     """Take off all items but the first ``count``, from the last on."""
-    grown = opened(
-        vectors, weights, centres, blocks, links, patches, presses, changes, cells, counts, limits
-    )
-    while counts[ITEMS] > count:
-        leave(cells, counts[ITEMS] - 1)
+    grown = opened(kept)
+    while grown.counts[ITEMS] > count:
+        leave(grown.cells, grown.counts[ITEMS] - 1)
         part(grown)
 
 

@@ -31,41 +31,40 @@ from steadyload.statics.kernels.least_squares import nonnegative_least_squares
 
 @compiled
 def balance_group(
-    step: int, group: Any, contacts: Contacts, meets: Any, centres: Any, weights: Any, lower: Any,
-    upper: Any, presses: Any, replaced: Any, moves: Any, changed: Any,
-) -> Any:  # fmt: skip
+    step: int, group: Any, held: Any, replaced: Any, moves: Any, changed: Any, whole: bool
+) -> Any:
     """Balance the group of a new item as well as can be.
 
     Args:
         step: the new item, the last that is there.
         group: items joined to it, itself included, (n,).
-        contacts: of the layout.
-        meets: of :func:`~steadyload.statics.kernels.balance.patches_above`.
-        centres: of mass (x, y, z) [cm], (J, 3).
-        weights: [kg], (J,).
-        lower: corners [cm], (J, 3).
-        upper: likewise.
-        presses: force [kg] and its moments [kg cm] at every patch before, (P, 3).
-        replaced: those of the group are put there, whether they change or not; may be the same.
+        held: see :class:`~steadyload.statics.kernels.balance.Held`; nothing of it is changed.
+        replaced: presses of the group are put there, whether they change or not; may be those of
+            ``held``.
         moves: which items were out of balance before, which is replaced, (J,).
         changed: room, (P, 6).
+        whole: solve for all items of the group, not only where something changes.
 
     Returns:
         How it ended, and the item that starts fastest, -1 where none does.
     """
+    contacts, meets, presses = held.contacts, held.meets, held.presses
+    centres, weights, lower, upper = held.centres, held.weights, held.lower, held.upper
     count = len(weights)
     role, loads = np.zeros(count, dtype=np.int64), np.zeros((count, 6))
     mean, heaviest = 0.0, 0.0
     for item in group:
         mean += weights[item] / len(group)
         heaviest = max(heaviest, weights[item])
-        if moves[item]:
+        if moves[item] or whole:
             role[item] = FREE
     free_with_those_above(step, step, contacts, role)
     while True:
         free = np.flatnonzero(role == FREE)
         used = patches_of(free, step, contacts, meets, role)
-        forces, left, ended = _solved(free, used, contacts, centres, weights, lower, upper, mean)
+        forces, left, ended = _solved(
+            free, used, contacts.patches, centres, weights, lower, upper, mean, EDGE
+        )
         if not ended:
             return UNRESOLVED, -1
         loads[:] = 0.0
@@ -79,8 +78,8 @@ def balance_group(
             break
         forget(role)
         free_with_those_above(failed, step, contacts, role)
-    verdict = _judged(free, used, forces, left, contacts, centres, weights, lower, upper, mean,
-                      heaviest, moves)  # fmt: skip
+    verdict = _judged(free, used, forces, left, contacts.patches, centres, weights, lower, upper,
+                      mean, heaviest, EDGE, moves)  # fmt: skip
     for item in group:
         for k in range(contacts.starts[item], contacts.ends[item]):
             if role[item] == HANDED:
@@ -90,6 +89,39 @@ def balance_group(
     for k in used[:, 0]:
         _keep(k, changed, replaced)
     return verdict
+
+
+@compiled
+def closest_to_balance(
+    items: Any, used: Any, patches: Any, centres: Any, weights: Any, lower: Any, upper: Any,
+    grow: float,
+) -> Any:  # fmt: skip
+    """Forces between some items, and what is firm, that come closest to balance.
+
+    Args:
+        items: that have to be balanced, (n,).
+        used: of every patch its place in ``patches``, what is above it and what is below, which is
+            firm where it is none of the items, (k, 3).
+        patches: x0, z0, x1, z1 [cm].
+        centres: of mass (x, y, z) [cm], (J, 3).
+        weights: [kg], (J,).
+        lower: corners [cm], (J, 3).
+        upper: likewise.
+        grow: how much wider every patch counts on each side [cm].
+
+    Returns:
+        The forces at the corners of every patch [kg], (k, 4); how it ended; the item that starts
+        fastest, -1 where none does; and whether the search ended.
+    """
+    mean, heaviest = 0.0, 0.0
+    for item in items:
+        mean += weights[item] / len(items)
+        heaviest = max(heaviest, weights[item])
+    forces, left, found = _solved(items, used, patches, centres, weights, lower, upper, mean, grow)
+    moves = np.zeros(len(weights), dtype=np.bool_)
+    ended, item = _judged(items, used, forces, left, patches, centres, weights, lower, upper, mean,
+                          heaviest, grow, moves)  # fmt: skip
+    return mean * forces, ended, item, found
 
 
 @compiled
@@ -134,8 +166,8 @@ def patches_of(free: Any, step: int, contacts: Contacts, meets: Any, role: Any) 
 
 @compiled
 def _solved(
-    free: Any, used: Any, contacts: Contacts, centres: Any, weights: Any, lower: Any, upper: Any,
-    mean: float,
+    free: Any, used: Any, patches: Any, centres: Any, weights: Any, lower: Any, upper: Any,
+    mean: float, grow: float,
 ) -> Any:  # fmt: skip
     """Forces at the corners of patches (k, 4) that come closest to balance, what is left over of
     the equations of every item (n, 3), and whether the search ended.
@@ -148,9 +180,9 @@ def _solved(
         target[3 * n] = np.sqrt(weights[free[n]] / mean)
     for column in range(4 * len(used)):
         corner = column % 4
-        x0, z0, x1, z1 = contacts.patches[used[column // 4, 0]]
-        x = x0 - EDGE if corner < 2 else x1 + EDGE
-        z = z0 - EDGE if corner % 2 == 0 else z1 + EDGE
+        x0, z0, x1, z1 = patches[used[column // 4, 0]]
+        x = x0 - grow if corner < 2 else x1 + grow
+        z = z0 - grow if corner % 2 == 0 else z1 + grow
         for side in range(2):
             felt = used[column // 4, 1 + side]
             n = row[felt] if felt >= 0 else -1
@@ -203,8 +235,8 @@ def _load_other(
 
 @compiled
 def _judged(
-    free: Any, used: Any, forces: Any, left: Any, contacts: Contacts, centres: Any, weights: Any,
-    lower: Any, upper: Any, mean: float, heaviest: float, moves: Any,
+    free: Any, used: Any, forces: Any, left: Any, patches: Any, centres: Any, weights: Any,
+    lower: Any, upper: Any, mean: float, heaviest: float, grow: float, moves: Any,
 ) -> Any:  # fmt: skip
     """Whether free items are balanced, and the one that starts fastest; which of them move."""
     count = len(free)
@@ -220,10 +252,10 @@ def _judged(
         for m in range(len(used)):
             if used[m, 1] != item and used[m, 2] != item:
                 continue
-            x0, z0, x1, z1 = contacts.patches[used[m, 0]]
+            x0, z0, x1, z1 = patches[used[m, 0]]
             for corner in range(4):
-                x = x0 - EDGE if corner < 2 else x1 + EDGE
-                z = z0 - EDGE if corner % 2 == 0 else z1 + EDGE
+                x = x0 - grow if corner < 2 else x1 + grow
+                z = z0 - grow if corner % 2 == 0 else z1 + grow
                 force = forces[m, corner] / root[n]
                 pressed[3 * n] += force
                 pressed[3 * n + 1] += abs(x - centres[item, 0]) / radii[n, 0] * force

@@ -1,13 +1,8 @@
 """Would an item stand on a growing layout? One place at a time, or many places in one call.
 
-Each rule has two functions: ``place_...`` puts on the next item if it stands, and
-``stands_...`` looks at many positions of it and changes nothing. Both ask the same function, so
-that they agree to the last bit. The arrays are those of :mod:`steadyload.statics.kernels.growing`.
-
-``place_...`` returns how it ended (:data:`STANDS`, :data:`FAILS`, :data:`UNRESOLVED`,
-:data:`OUTSIDE`, :data:`OVERLAPS`, :data:`FULL`), the item that fails, and a number that belongs to
-the rule. ``stands_...`` writes how each position ends to ``endings`` (K,), from position ``first``
-on, and returns the first position that it came not to, for want of room.
+:func:`place` puts on the next item if it stands by a rule, and :func:`stand` looks at many
+positions of it and changes nothing. Both ask the same function, so that they agree to the last bit.
+The arrays are a tuple of those of :class:`steadyload.statics.kernels.growing.Arrays`.
 """
 
 from __future__ import annotations
@@ -31,44 +26,71 @@ from steadyload.statics.kernels.growing import (
 )
 from steadyload.statics.kernels.sme import unsupported_at
 
+SUPPORTED, CARRIED, BALANCED = range(3)
+"""Rules: a share of the base is supported; static mechanical equilibrium holds; vertical forces
+balance all items."""
+
 
 @compiled
-def place_supported(
-    vectors: Any, weights: Any, centres: Any, blocks: Any, links: Any, patches: Any, presses: Any,
-    changes: Any, cells: Any, counts: Any, limits: Any, alpha: float,
-) -> Any:  # fmt: skip
-    """Put on the item if a share of its base is supported; the number is the share."""
-    grown = opened(
-        vectors, weights, centres, blocks, links, patches, presses, changes, cells, counts, limits
-    )
+def place(kept: Any, rule: int, alpha: float) -> Any:
+    """Put on the next item if it stands.
+
+    Args:
+        kept: the arrays.
+        rule: :data:`SUPPORTED` or another.
+        alpha: the share of the base that is required; of that rule alone.
+
+    Returns:
+        How it ended (:data:`STANDS`, :data:`FAILS`, :data:`UNRESOLVED`, :data:`OUTSIDE`,
+        :data:`OVERLAPS`, :data:`FULL`), the item that fails, and a number that belongs to the rule:
+        the share of the base, or 1 where something is below the item that fails.
+    """
+    grown = opened(kept)
     ended, below, above = touching(grown)
-    share = 0.0
+    item, number = -1, 0.0
+    if ended == STANDS and rule == SUPPORTED:
+        item = grown.counts[ITEMS]
+        ended, number = _supported(grown, below, alpha)
+    if ended != STANDS:
+        return ended, item, number
+    join(grown, below, above)
+    if rule != SUPPORTED:
+        ended, item, number = _held(grown, rule)
     if ended == STANDS:
-        ended, share = _supported(grown, below, alpha)
-    if ended == STANDS:
-        join(grown, below, above)
         keep(grown)
-    return ended, counts[ITEMS], share
+    else:
+        part(grown)
+    return ended, item, number
 
 
 @compiled
-def stands_supported(
-    vectors: Any, weights: Any, centres: Any, blocks: Any, links: Any, patches: Any, presses: Any,
-    changes: Any, cells: Any, counts: Any, limits: Any, alpha: float, positions: Any, endings: Any,
-    first: int,
-) -> int:  # fmt: skip
-    """See :func:`place_supported`."""
-    grown = opened(
-        vectors, weights, centres, blocks, links, patches, presses, changes, cells, counts, limits
-    )
+def stand(kept: Any, rule: int, alpha: float, positions: Any, endings: Any, first: int) -> int:
+    """Look at many positions of the next item; see :func:`place`.
+
+    Args:
+        kept: see there.
+        rule: see there.
+        alpha: see there.
+        positions: lower corners [cm], shape (K, 3).
+        endings: how each position ends is put there, shape (K,).
+        first: the position to begin with.
+
+    Returns:
+        The first position that it came not to, for want of room.
+    """
+    grown = opened(kept)
     for k in range(first, len(positions)):
         for axis in range(3):
             grown.box[axis] = positions[k, axis]
-        ended, below, _ = touching(grown)
+        ended, below, above = touching(grown)
         if ended == FULL:
             return k
-        if ended == STANDS:
+        if ended == STANDS and rule == SUPPORTED:
             ended, _ = _supported(grown, below, alpha)
+        elif ended == STANDS:
+            join(grown, below, above)
+            ended, _, _ = _held(grown, rule)
+            part(grown)
         endings[k] = ended
     return len(positions)
 
@@ -96,111 +118,22 @@ def _supported(grown: Growing, below: int, alpha: float) -> Any:
 
 
 @compiled
-def place_sme(
-    vectors: Any, weights: Any, centres: Any, blocks: Any, links: Any, patches: Any, presses: Any,
-    changes: Any, cells: Any, counts: Any, limits: Any,
-) -> Any:  # fmt: skip
-    """Put on the item if static mechanical equilibrium holds; the number is 1 where something is
-    below the item that fails.
+def _held(grown: Growing, rule: int) -> Any:
+    """Whether all items stand with the last one; the item that does not, and the rule's number.
+
+    Forces that balance all items take the place of those before, which :func:`part` restores.
     """
-    grown = opened(
-        vectors, weights, centres, blocks, links, patches, presses, changes, cells, counts, limits
-    )
-    ended, below, above = touching(grown)
-    if ended != STANDS:
-        return ended, -1, 0.0
-    join(grown, below, above)
-    item = _unsupported(grown)
-    if item < 0:
-        keep(grown)
-        return STANDS, -1, 0.0
-    carried = 1.0 if grown.contacts.ends[item] > grown.contacts.starts[item] else 0.0
-    part(grown)
-    return FAILS, item, carried
-
-
-@compiled
-def stands_sme(
-    vectors: Any, weights: Any, centres: Any, blocks: Any, links: Any, patches: Any, presses: Any,
-    changes: Any, cells: Any, counts: Any, limits: Any, positions: Any, endings: Any, first: int,
-) -> int:  # fmt: skip
-    """See :func:`place_sme`."""
-    grown = opened(
-        vectors, weights, centres, blocks, links, patches, presses, changes, cells, counts, limits
-    )
-    for k in range(first, len(positions)):
-        for axis in range(3):
-            grown.box[axis] = positions[k, axis]
-        ended, below, above = touching(grown)
-        if ended == FULL:
-            return k
-        if ended == STANDS:
-            join(grown, below, above)
-            if _unsupported(grown) >= 0:
-                ended = FAILS
-            part(grown)
-        endings[k] = ended
-    return len(positions)
-
-
-@compiled
-def _unsupported(grown: Growing) -> int:
-    """The item that is not supported after the last one, -1 where none is."""
-    return unsupported_at(
-        grown.counts[ITEMS] - 1, grown.contacts, grown.centres, grown.weights, grown.lower,
-        grown.upper, grown.limits[6:11],
-    )  # fmt: skip
-
-
-@compiled
-def place_balanced(
-    vectors: Any, weights: Any, centres: Any, blocks: Any, links: Any, patches: Any, presses: Any,
-    changes: Any, cells: Any, counts: Any, limits: Any,
-) -> Any:  # fmt: skip
-    """Put on the item if vertical forces balance all items then; the number means nothing."""
-    grown = opened(
-        vectors, weights, centres, blocks, links, patches, presses, changes, cells, counts, limits
-    )
-    ended, below, above = touching(grown)
-    if ended != STANDS:
-        return ended, -1, 0.0
-    join(grown, below, above)
-    ended, item, items = _balance(grown)
+    last = grown.counts[ITEMS] - 1
+    if rule == CARRIED:
+        item = unsupported_at(
+            last, grown.contacts, grown.centres, grown.weights, grown.lower, grown.upper,
+            grown.limits[6:11],
+        )  # fmt: skip
+        if item < 0:
+            return STANDS, -1, 0.0
+        is_carried = grown.contacts.ends[item] > grown.contacts.starts[item]
+        return FAILS, item, 1.0 if is_carried else 0.0
+    ended, item, items = balance_after(last, grown, False)
     if ended == STANDS:
         replace_presses(grown, items)
-        keep(grown)
-    else:
-        part(grown)
     return ended, item, 0.0
-
-
-@compiled
-def stands_balanced(
-    vectors: Any, weights: Any, centres: Any, blocks: Any, links: Any, patches: Any, presses: Any,
-    changes: Any, cells: Any, counts: Any, limits: Any, positions: Any, endings: Any, first: int,
-) -> int:  # fmt: skip
-    """See :func:`place_balanced`."""
-    grown = opened(
-        vectors, weights, centres, blocks, links, patches, presses, changes, cells, counts, limits
-    )
-    for k in range(first, len(positions)):
-        for axis in range(3):
-            grown.box[axis] = positions[k, axis]
-        ended, below, above = touching(grown)
-        if ended == FULL:
-            return k
-        if ended == STANDS:
-            join(grown, below, above)
-            ended, _, _ = _balance(grown)
-            part(grown)
-        endings[k] = ended
-    return len(positions)
-
-
-@compiled
-def _balance(grown: Growing) -> Any:
-    """See :func:`steadyload.statics.kernels.balance.balance_after`, of the last item."""
-    return balance_after(
-        grown.counts[ITEMS] - 1, grown.contacts, grown.meets, grown.centres, grown.weights,
-        grown.lower, grown.upper, grown.moves, grown.presses, grown.changed,
-    )  # fmt: skip

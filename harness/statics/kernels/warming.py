@@ -6,25 +6,27 @@ from typing import Any
 
 import numpy as np
 
-from steadyload.statics.kernels.balance import first_unbalanced, first_unbalanced_of_many
+from steadyload.statics.kernels.balance import (
+    balance_whole_group,
+    first_unbalanced,
+    first_unbalanced_of_many,
+    joined,
+)
+from steadyload.statics.kernels.balance import begin as begin_held
 from steadyload.statics.kernels.base_support import (
     covered,
     first_with_little_support,
     first_with_little_support_of_many,
 )
 from steadyload.statics.kernels.cells import items_near
+from steadyload.statics.kernels.constants import FLOOR
 from steadyload.statics.kernels.contacts import contacts_of
+from steadyload.statics.kernels.convex_hull import convex_hull
 from steadyload.statics.kernels.growing import BOX, first_arrays, put, take_off
 from steadyload.statics.kernels.least_energy import Columns, Factors, solved
 from steadyload.statics.kernels.least_squares import nonnegative_least_squares
-from steadyload.statics.kernels.placing import (
-    place_balanced,
-    place_sme,
-    place_supported,
-    stands_balanced,
-    stands_sme,
-    stands_supported,
-)
+from steadyload.statics.kernels.local_balance import closest_to_balance
+from steadyload.statics.kernels.placing import SUPPORTED, place, stand
 from steadyload.statics.kernels.sme import first_unsupported, first_unsupported_of_many
 from steadyload.statics.kernels.timed_balance import (
     begin,
@@ -52,6 +54,12 @@ def warm_up() -> None:
     ):
         one(lower, upper, weights, offsets, floor, *how)
         many(lower, upper, weights, offsets, floors, starts, *how)
+    held = begin_held(lower, upper, weights, offsets, floor, 0.0)
+    balance_whole_group(1, held)
+    joined(1, held.contacts)
+    used, patches, middles = np.array([[0, 0, FLOOR]]), np.ones((1, 4)), 0.5 * (lower + upper)
+    closest_to_balance(np.arange(1), used, patches, middles, weights, lower, upper, 0.0)
+    convex_hull(np.eye(2))
     arrays, motion = (lower, upper, weights, offsets), (0.5, 980.0, 0.3, 10.0, 10.0)
     first_moved(begin(*arrays, floor), 0, 2, *motion)
     first_moved_of(*arrays, floor, *motion)
@@ -74,23 +82,17 @@ def _hold_one() -> None:
 
 
 def _place_two() -> None:
-    """One item on another, on a layout that grows, by every rule."""
-    positions, endings = np.zeros((1, 3)), np.zeros(1, dtype=np.int8)
-    for place, many, how in (
-        (put, None, ()),
-        (place_supported, stands_supported, (1.0,)),
-        (place_sme, stands_sme, ()),
-        (place_balanced, stands_balanced, ()),
-    ):
-        arrays = first_arrays((0.0, 0.0, 0.0), (9.0, 9.0, 9.0), (0.0, 0.0, 9.0, 9.0, 1.0))
-        for y in (0.0, 1.0):
-            arrays[-1][BOX:] = (0.0, y, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0)
-            place(*arrays, *how)
-        if many is not None:
-            many(*arrays, *how, positions, endings, 0)
-        take_off(*arrays, 0)
-    vectors, cells, limits = arrays[0], arrays[8], arrays[-1]
-    items_near(vectors[0], vectors[1], cells, 0, limits, vectors[0, 0], vectors[1, 0], 1.0)
+    """One item on another, on a layout that grows."""
+    arrays = first_arrays((0.0, 0.0, 0.0), (9.0, 9.0, 9.0), (0.0, 0.0, 9.0, 9.0, 1.0))
+    kept, positions, endings = tuple(arrays), np.zeros((1, 3)), np.zeros(1, dtype=np.int8)
+    arrays.limits[BOX:] = (0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+    put(kept)
+    arrays.limits[BOX + 1] = 1.0
+    place(kept, SUPPORTED, 1.0)
+    stand(kept, SUPPORTED, 1.0, positions, endings, 0)
+    take_off(kept, 1)
+    low, high = arrays.vectors[0], arrays.vectors[1]
+    items_near(low, high, arrays.cells, 0, arrays.limits, low[0], high[0], 1.0)
 
 
 def _fixed(values: Any) -> Any:

@@ -7,7 +7,8 @@ from enum import StrEnum
 from steadyload.layouts.model.contacts import find_supports
 from steadyload.layouts.model.footing import gaps, largest
 from steadyload.layouts.model.layout import Layout
-from steadyload.statics.balance import VerticalBalance, solve
+from steadyload.statics.balance import solve
+from steadyload.statics.kernels.constants import UNBALANCED
 
 
 class Cause(StrEnum):
@@ -33,16 +34,16 @@ def cause_of(layout: Layout, step: int) -> Cause:
     """
     loaded = layout.first(step + 1)
     supports = find_supports(loaded)
-    balance = VerticalBalance(loaded, supports)
     if supports.on_floor[step]:
         return Cause.BALANCED
     below = supports.below[step]
     if not below:
         return Cause.NOTHING
-    alone = solve([step], below, loaded.weights, balance.centres, balance.sizes)
-    if alone.balanced is False:
+    if solve(loaded, [step], below).ended == UNBALANCED:
         return Cause.OUT
-    if balance.solution(balance.group(step), step).balanced is False:
+    group = supports.joined(step, floor=False)
+    patches = [patch for item in group for patch in supports.below[item]]
+    if solve(loaded, group, patches).ended == UNBALANCED:
         return Cause.BELOW
     return Cause.BALANCED
 
