@@ -21,9 +21,8 @@ from steadyload.statics.kernels.spreading import spread
 class Held(NamedTuple):
     """Items, and the forces that balance those placed so far.
 
-    Any NamedTuple with these fields will do, as
-    :class:`~steadyload.statics.kernels.growing.Growing` and
-    :class:`~steadyload.statics.kernels.timed_balance.Loading`.
+    What is called at every step takes these arrays one by one: to hand on all of them costs as much
+    as to pass a weight down.
 
     Attributes:
         lower, upper, weights: see :mod:`steadyload.statics.kernels`.
@@ -87,13 +86,17 @@ def first_unbalanced(
     """
     count = len(lower)
     held = begin(lower, upper, weights, offsets, floor, margin)
+    contacts, meets, centres = held.contacts, held.meets, held.centres
+    moves, presses, changed = held.moves, held.presses, held.changed
     for step in range(count):
-        if margin > 0.0 and is_near_its_edge(step, held.contacts, lower, upper, offsets, margin):
+        if margin > 0.0 and is_near_its_edge(step, contacts, lower, upper, offsets, margin):
             return UNBALANCED, step, step
-        ended, item, items = balance_after(step, held, False)
+        ended, item, items = balance_after(
+            step, contacts, meets, centres, weights, lower, upper, moves, presses, changed, False
+        )
         if ended != BALANCED:
             return ended, step, item
-        replace_presses(items, step, held)
+        replace_presses(items, step, contacts, presses, changed)
     return BALANCED, count, -1
 
 
@@ -110,9 +113,12 @@ def balance_whole_group(step: int, held: Held) -> Any:
     Returns:
         How it ended, and the item that is out of balance, -1 where none is.
     """
-    ended, item, items = balance_after(step, held, True)
+    ended, item, items = balance_after(
+        step, held.contacts, held.meets, held.centres, held.weights, held.lower, held.upper,
+        held.moves, held.presses, held.changed, True,
+    )  # fmt: skip
     if ended == BALANCED:
-        replace_presses(items, step, held)
+        replace_presses(items, step, held.contacts, held.presses, held.changed)
         held.moves[items] = False
     elif ended == UNBALANCED:
         held.moves[joined(step, held.contacts)] = True
@@ -143,47 +149,59 @@ def is_near_its_edge(
 
 
 @compiled
-def balance_after(step: int, held: Held, whole: bool) -> Any:
+def balance_after(
+    step: int, contacts: Any, meets: Any, centres: Any, weights: Any, lower: Any, upper: Any,
+    moves: Any, presses: Any, changed: Any, whole: bool,
+) -> Any:  # fmt: skip
     """Forces that balance every item once another is placed on items that are balanced.
 
     Args:
-        step: the new item; later ones do not count.
-        held: of what is loaded; only ``changed`` is written to.
+        step: the new item.
+        contacts: of the layout; later items do not count.
+        meets: of :func:`patches_above`.
+        centres: of mass (x, y, z) [cm], shape (J, 3).
+        weights: [kg], shape (J,).
+        lower: corners [cm], shape (J, 3).
+        upper: likewise.
+        moves: items that nothing can be passed to, shape (J,).
+        presses: force [kg] and its moments [kg cm] at every patch so far, shape (P, 3).
+        changed: the new ones are put there, shape (P, 3).
         whole: where the new weight cannot be passed down, solve for all items of the group.
 
     Returns:
         How the search ended, the item that is out of balance (-1 where none is), and the items
         below which presses change.
     """
-    nobody, contacts = np.empty(0, dtype=np.int64), held.contacts
+    nobody = np.empty(0, dtype=np.int64)
     if contacts.on_floor[step]:
         return BALANCED, -1, nobody
     first = contacts.above_starts[step]
     if first == contacts.above_ends[step] or contacts.above[first] > step:
-        passed, items = _passing_down(step, held)
+        passed, items = _passing_down(
+            step, contacts, meets, centres, weights, lower, moves, presses, changed
+        )
         if passed:
             return BALANCED, -1, items
         # Nothing holds down the newest item, so no forces elsewhere help it.
-        x, z = held.centres[step, 0], held.centres[step, 2]
-        own = _carriers(step, step, contacts)
-        if not spread(held.weights[step], x, z, contacts.patches[own], held.changed[own]):
+        x, z = centres[step, 0], centres[step, 2]
+        carriers = _carriers(step, step, contacts)
+        if not spread(weights[step], x, z, contacts.patches[carriers], changed[carriers]):
             return UNBALANCED, step, nobody
     items = joined(step, contacts)
     ended, item = balance_group(
-        step, items, held, held.changed, np.zeros_like(held.moves),
-        np.empty((len(held.presses), 6)), whole,
+        step, items, contacts, meets, centres, weights, lower, upper, presses, changed,
+        np.zeros_like(moves), np.empty((len(presses), 6)), whole,
     )  # fmt: skip
     return ended, item, items
 
 
 @compiled
-def replace_presses(items: Any, step: int, held: Held) -> None:
+def replace_presses(items: Any, step: int, contacts: Any, presses: Any, changed: Any) -> None:
     """Replace presses below some items, on what is there after a step, by changed ones."""
-    contacts = held.contacts
     for item in items:
         for k in range(contacts.starts[item], contacts.ends[item]):
             if contacts.below[k] <= step:
-                held.presses[k] = held.changed[k]
+                presses[k] = changed[k]
 
 
 @compiled
@@ -216,20 +234,37 @@ def patches_above(contacts: Any) -> Any:
 
 
 @compiled
-def passed_down(step: int, held: Held) -> bool:
-    """Pass the new weight down one way; presses are replaced only where it succeeds."""
-    passed, items = _passing_down(step, held)
+def passed_down(
+    step: int, contacts: Any, meets: Any, centres: Any, weights: Any, lower: Any, moves: Any,
+    presses: Any, changed: Any,
+) -> bool:  # fmt: skip
+    """Pass the new weight down one way; presses are replaced only where it succeeds.
+
+    Args:
+        step: the new item.
+        contacts: of the layout.
+        meets: of :func:`patches_above`.
+        centres: of mass (x, y, z) [cm], shape (J, 3).
+        weights: [kg], shape (J,).
+        lower: corners [cm], shape (J, 3).
+        moves: items that nothing can be passed to, shape (J,).
+        presses: force [kg] and its moments [kg cm] at every patch, shape (P, 3).
+        changed: room of that shape.
+    """
+    passed, items = _passing_down(
+        step, contacts, meets, centres, weights, lower, moves, presses, changed
+    )
     if passed:
-        replace_presses(items, step, held)
+        replace_presses(items, step, contacts, presses, changed)
     return passed
 
 
 @compiled
-def _passing_down(step: int, held: Held) -> Any:
+def _passing_down(
+    step: int, contacts: Any, meets: Any, centres: Any, weights: Any, lower: Any, moves: Any,
+    presses: Any, changed: Any,
+) -> Any:  # fmt: skip
     """See :func:`passed_down`; whether it succeeds, and the items below which presses change."""
-    contacts, meets, moves = held.contacts, held.meets, held.moves
-    centres, weights, lower = held.centres, held.weights, held.lower
-    presses, changed = held.presses, held.changed
     passed, waiting = [step], [step]
     done = 0
     while done < len(waiting):

@@ -31,16 +31,23 @@ from steadyload.statics.kernels.least_squares import nonnegative_least_squares
 
 @compiled
 def balance_group(
-    step: int, group: Any, held: Any, replaced: Any, moves: Any, changed: Any, whole: bool
-) -> Any:
+    step: int, group: Any, contacts: Contacts, meets: Any, centres: Any, weights: Any, lower: Any,
+    upper: Any, presses: Any, replaced: Any, moves: Any, changed: Any,
+    whole: bool,
+) -> Any:  # fmt: skip
     """Balance the group of a new item as well as can be.
 
     Args:
         step: the new item, the last that is there.
         group: items joined to it, itself included, (n,).
-        held: see :class:`~steadyload.statics.kernels.balance.Held`; nothing of it is changed.
-        replaced: presses of the group are put there, whether they change or not; may be those of
-            ``held``.
+        contacts: of the layout.
+        meets: of :func:`~steadyload.statics.kernels.balance.patches_above`.
+        centres: of mass (x, y, z) [cm], (J, 3).
+        weights: [kg], (J,).
+        lower: corners [cm], (J, 3).
+        upper: likewise.
+        presses: force [kg] and its moments [kg cm] at every patch before, (P, 3).
+        replaced: those of the group are put there, whether they change or not; may be the same.
         moves: which items were out of balance before, which is replaced, (J,).
         changed: room, (P, 6).
         whole: solve for all items of the group, not only where something changes.
@@ -48,8 +55,6 @@ def balance_group(
     Returns:
         How it ended, and the item that starts fastest, -1 where none does.
     """
-    contacts, meets, presses = held.contacts, held.meets, held.presses
-    centres, weights, lower, upper = held.centres, held.weights, held.lower, held.upper
     count = len(weights)
     role, loads = np.zeros(count, dtype=np.int64), np.zeros((count, 6))
     mean, heaviest = 0.0, 0.0

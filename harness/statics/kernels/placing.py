@@ -54,8 +54,16 @@ def place(kept: Any, rule: int, alpha: float) -> Any:
     if ended != STANDS:
         return ended, item, number
     join(grown, below, above)
-    if rule != SUPPORTED:
-        ended, item, number = _held(grown, rule)
+    if rule == CARRIED:
+        item = _unsupported(grown)
+        if item >= 0:
+            ended = FAILS
+            if grown.contacts.ends[item] > grown.contacts.starts[item]:
+                number = 1.0
+    elif rule == BALANCED:
+        ended, item, items = _balance(grown)
+        if ended == STANDS:
+            replace_presses(grown, items)
     if ended == STANDS:
         keep(grown)
     else:
@@ -89,7 +97,10 @@ def stand(kept: Any, rule: int, alpha: float, positions: Any, endings: Any, firs
             ended, _ = _supported(grown, below, alpha)
         elif ended == STANDS:
             join(grown, below, above)
-            ended, _, _ = _held(grown, rule)
+            if rule == CARRIED:
+                ended = FAILS if _unsupported(grown) >= 0 else STANDS
+            else:
+                ended, _, _ = _balance(grown)
             part(grown)
         endings[k] = ended
     return len(positions)
@@ -118,22 +129,18 @@ def _supported(grown: Growing, below: int, alpha: float) -> Any:
 
 
 @compiled
-def _held(grown: Growing, rule: int) -> Any:
-    """Whether all items stand with the last one; the item that does not, and the rule's number.
+def _unsupported(grown: Growing) -> int:
+    """The item that is not supported after the last one, -1 where none is."""
+    return unsupported_at(
+        grown.counts[ITEMS] - 1, grown.contacts, grown.centres, grown.weights, grown.lower,
+        grown.upper, grown.limits[6:11],
+    )  # fmt: skip
 
-    Forces that balance all items take the place of those before, which :func:`part` restores.
-    """
-    last = grown.counts[ITEMS] - 1
-    if rule == CARRIED:
-        item = unsupported_at(
-            last, grown.contacts, grown.centres, grown.weights, grown.lower, grown.upper,
-            grown.limits[6:11],
-        )  # fmt: skip
-        if item < 0:
-            return STANDS, -1, 0.0
-        is_carried = grown.contacts.ends[item] > grown.contacts.starts[item]
-        return FAILS, item, 1.0 if is_carried else 0.0
-    ended, item, items = balance_after(last, grown, False)
-    if ended == STANDS:
-        replace_presses(grown, items)
-    return ended, item, 0.0
+
+@compiled
+def _balance(grown: Growing) -> Any:
+    """See :func:`steadyload.statics.kernels.balance.balance_after`, of the last item."""
+    return balance_after(
+        grown.counts[ITEMS] - 1, grown.contacts, grown.meets, grown.centres, grown.weights,
+        grown.lower, grown.upper, grown.moves, grown.presses, grown.changed, False,
+    )  # fmt: skip

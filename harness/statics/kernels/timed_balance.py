@@ -136,9 +136,12 @@ def moving_group(step: int, loading: Loading) -> Any:
         return BALANCED, False, nobody
     loading.changed[:] = 0.0
     first = contacts.above_starts[step]
-    passed = (first == contacts.above_ends[step] or contacts.above[first] > step) and passed_down(
-        step, loading
-    )
+    passed = (
+        first == contacts.above_ends[step] or contacts.above[first] > step
+    ) and passed_down(
+        step, contacts, loading.meets, loading.centres, loading.weights, loading.lower,
+        loading.moves, loading.presses, loading.changed,
+    )  # fmt: skip
     if passed and not loading.moves[: step + 1].any():
         return BALANCED, False, nobody
     group = joined(step, contacts)
@@ -151,8 +154,10 @@ def moving_group(step: int, loading: Loading) -> Any:
             loading.answers[step] = loading.answers[group].max()
     else:
         ended, _ = balance_group(
-            step, group, loading, loading.presses, loading.moves, loading.room, False
-        )
+            step, group, contacts, loading.meets, loading.centres, loading.weights, loading.lower,
+            loading.upper, loading.presses, loading.presses, loading.moves, loading.room,
+            False,
+        )  # fmt: skip
         if ended != UNBALANCED:
             return ended, False, nobody
     return UNBALANCED, kept, group

@@ -21,7 +21,6 @@ from steadyload.statics.kernels.base_support import (
 from steadyload.statics.kernels.cells import items_near
 from steadyload.statics.kernels.constants import FLOOR
 from steadyload.statics.kernels.contacts import contacts_of
-from steadyload.statics.kernels.convex_hull import convex_hull
 from steadyload.statics.kernels.growing import BOX, first_arrays, put, take_off
 from steadyload.statics.kernels.least_energy import Columns, Factors, solved
 from steadyload.statics.kernels.least_squares import nonnegative_least_squares
@@ -59,7 +58,6 @@ def warm_up() -> None:
     joined(1, held.contacts)
     used, patches, middles = np.array([[0, 0, FLOOR]]), np.ones((1, 4)), 0.5 * (lower + upper)
     closest_to_balance(np.arange(1), used, patches, middles, weights, lower, upper, 0.0)
-    convex_hull(np.eye(2))
     arrays, motion = (lower, upper, weights, offsets), (0.5, 980.0, 0.3, 10.0, 10.0)
     first_moved(begin(*arrays, floor), 0, 2, *motion)
     first_moved_of(*arrays, floor, *motion)
