@@ -1,1 +1,1 @@
-"""The checks behind :mod:`steadyload.engines.conformance`."""
+"""The checks behind :mod:`steadyload.engines.checks.conformance`."""

@@ -7,8 +7,8 @@ import pytest
 
 from steadyload.engines.capabilities import SettingSupport, Support
 from steadyload.engines.checks import changing_gravity
+from steadyload.engines.checks.conformance import CHECKS, NotApplicable
 from steadyload.engines.checks.scenes import fill, two_cubes
-from steadyload.engines.conformance import CHECKS, NotApplicable
 from steadyload.engines.registry import world_class
 from steadyload.engines.with_mujoco import MujocoWorld
 from steadyload.engines.world import EngineError, WorldSettings

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from steadyload.engines.attitudes import rotate
-from steadyload.engines.conformance import CHECKS, NotApplicable
+from steadyload.engines.checks.conformance import CHECKS, NotApplicable
 from steadyload.engines.registry import world_class
 from steadyload.engines.world import Box, Velocities
 
