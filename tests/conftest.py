@@ -390,7 +390,9 @@ def undrawn(monkeypatch):
 
     Figures are made all the same. What a kind of page shows is drawn by one test of that kind.
     """
-    monkeypatch.setattr("steadyload.reports.writing.image", lambda figure: (".svg", b"<svg/>"))
+    monkeypatch.setattr(
+        "steadyload.reports.pages.writing.image", lambda figure: (".svg", b"<svg/>")
+    )
 
 
 @pytest.fixture

@@ -373,7 +373,7 @@ FREE = {
     "layouts.files.sources": "a layout file, a pipe, standard input, as far as its format allows",
     "studies.kept_rows": "an archive in memory",
     "runs.store": "the lock of a folder, of which nothing is read",
-    "reports.writing": "a folder, to lock it",
+    "reports.pages.writing": "a folder, to lock it",
     "atomic": "writes",
     "tuning.ledger": "writes",
     "engines.reference.compiled": "the source of the program",

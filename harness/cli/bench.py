@@ -23,7 +23,7 @@ class Bench(SpeedConfig):
 
     def run(self) -> None:
         """Measure, add the figures to the history, and write the page."""
-        from steadyload.reports.writing import write_page
+        from steadyload.reports.pages.writing import write_page
 
         with study_progress() as progress:
             result = STUDY.run(configuration(SpeedConfig, self), self.output, progress=progress)

@@ -27,7 +27,7 @@ class Extremes(ExtremesConfig):
 
     def run(self) -> None:
         """Measure, write the page, and the envelope."""
-        from steadyload.reports.writing import write_page
+        from steadyload.reports.pages.writing import write_page
         from steadyload.runs.definition import StudyError
         from steadyload.studies.extremes.summary import write_envelopes
 

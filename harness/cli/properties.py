@@ -22,7 +22,7 @@ class Properties(PropertiesConfig):
 
     def run(self) -> int:
         """Test, write the page, and print the violations."""
-        from steadyload.reports.writing import write_page
+        from steadyload.reports.pages.writing import write_page
         from steadyload.studies.properties.page import refusals, violations
 
         config, work = configuration(PropertiesConfig, self), self.work or self.output

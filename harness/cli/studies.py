@@ -100,7 +100,7 @@ def write(study: AnyStudy, config: Any, work: Path, output: Path, workers: int) 
         output: folder of the page.
         workers: processes that judge.
     """
-    from steadyload.reports.writing import write_page
+    from steadyload.reports.pages.writing import write_page
 
     with ExitStack() as stack:
         if study.resumable:

@@ -30,8 +30,8 @@ class Table5(Table5Config):
 
     def run(self) -> None:
         """Judge, time, and write the pages."""
+        from steadyload.reports.pages.writing import write_page
         from steadyload.reports.viewer.three_js import three_js
-        from steadyload.reports.writing import write_page
         from steadyload.runs.pool import all_cores
         from steadyload.studies.table5.views import with_views
 

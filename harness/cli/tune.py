@@ -87,7 +87,7 @@ class Tune:
     def run(self) -> int:
         """Search, write the page, and the preset."""
         from steadyload.methods.tuned import TUNED
-        from steadyload.reports.writing import write_page
+        from steadyload.reports.pages.writing import write_page
         from steadyload.runs.provenance import provenance, provenance_lines
         from steadyload.studies.tuning.page import tuning_page
         from steadyload.studies.tuning.summary import tuning_of

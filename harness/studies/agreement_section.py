@@ -12,7 +12,7 @@ from steadyload.methods.contract.verdict import Verdict
 from steadyload.methods.session.recording import record_plan
 from steadyload.reports.charts.heat import heat
 from steadyload.reports.interactive import STABLE, AnswerChart, AnsweredCase
-from steadyload.reports.page import Picture
+from steadyload.reports.pages.page import Picture
 from steadyload.reports.viewer.page import MARKS, player_html
 from steadyload.runs.agreement import AgreementMatrix
 from steadyload.runs.answers import Answers

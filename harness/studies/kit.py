@@ -21,7 +21,7 @@ from steadyload.studies.study import PublishedPage
 
 if TYPE_CHECKING:
     from steadyload.layouts.model.question import Question
-    from steadyload.reports.page import Page
+    from steadyload.reports.pages.page import Page
     from steadyload.runs.costs import CostKind
     from steadyload.runs.evaluation import Evaluation
     from steadyload.runs.labels import Cases
@@ -190,7 +190,7 @@ class Study(ABC, Generic[F]):
 
         The template reads ``found``, and ``study`` for its options.
         """
-        from steadyload.reports.composing import composed
+        from steadyload.reports.pages.composing import composed
 
         template = Path(inspect.getfile(type(self))).with_name("page.md.j2")
         return composed(template, {"study": self, "found": found}, found.made_with)

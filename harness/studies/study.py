@@ -68,7 +68,7 @@ class Study(ABC, Generic[C, R]):
 
     @abstractmethod
     def page(self, result: R) -> Any:
-        """The :class:`steadyload.reports.page.Page` of a result; computes nothing."""
+        """The :class:`steadyload.reports.pages.page.Page` of a result; computes nothing."""
 
     @property
     def command_words(self) -> str:

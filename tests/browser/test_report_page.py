@@ -6,8 +6,8 @@ import pytest
 
 from steadyload.app.recommend.kept import SPATIAL
 from steadyload.layouts.benchmark import load_benchmark
-from steadyload.reports.page import Page, Section
-from steadyload.reports.writing import write_page
+from steadyload.reports.pages.page import Page, Section
+from steadyload.reports.pages.writing import write_page
 from steadyload.runs import answers
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.results import load_results

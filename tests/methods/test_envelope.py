@@ -24,7 +24,7 @@ from steadyload.methods.envelope import (
     leaves,
 )
 from steadyload.methods.registry import make_method
-from steadyload.reports.writing import write_page
+from steadyload.reports.pages.writing import write_page
 from steadyload.runs.definition import load_study
 from steadyload.runs.results import load_manifest
 from steadyload.runs.runner import run_study

@@ -21,8 +21,8 @@ from steadyload.properties.property import Case, MethodUnderTest, Property, Viol
 from steadyload.properties.registry import PROPERTIES, chosen
 from steadyload.properties.search import search
 from steadyload.properties.strategies import layouts
-from steadyload.reports.page import Page
-from steadyload.reports.writing import write_page
+from steadyload.reports.pages.page import Page
+from steadyload.reports.pages.writing import write_page
 from steadyload.runs.definition import load_study
 from steadyload.runs.runner import run_study
 from steadyload.runs.store import Store

@@ -9,10 +9,10 @@ from matplotlib.figure import Figure
 
 from steadyload.reports.charts.rows import ChartError
 from steadyload.reports.columns import TableError, column, fixed, percent, row, table
-from steadyload.reports.composing import TemplateError, composed
-from steadyload.reports.page import Picture
+from steadyload.reports.pages.composing import TemplateError, composed
+from steadyload.reports.pages.page import Picture
+from steadyload.reports.pages.writing import write_page
 from steadyload.reports.table import Table
-from steadyload.reports.writing import write_page
 from steadyload.statistics.estimate import Estimate
 
 

@@ -10,10 +10,10 @@ import matplotlib.figure
 import pytest
 
 from steadyload.atomic import LinkError, checksum
-from steadyload.reports import writing
-from steadyload.reports.page import Page, Picture, Section
+from steadyload.reports.pages import writing
+from steadyload.reports.pages.page import Page, Picture, Section
+from steadyload.reports.pages.writing import write_page
 from steadyload.reports.table import Column, Table, columns_for, words
-from steadyload.reports.writing import write_page
 
 PAGES = ("report.md", "report.html")
 SUM = re.compile(r"\.[0-9a-f]{16}(?=\.)")
@@ -119,7 +119,7 @@ import os, sys
 from pathlib import Path
 import matplotlib.figure
 from steadyload.reports import writing
-from steadyload.reports.page import Page, Picture, Section
+from steadyload.reports.pages.page import Page, Picture, Section
 from steadyload.reports.table import Column, Table
 folder = Path(sys.argv[2])
 def write(kind, folder):

@@ -24,7 +24,7 @@ from steadyload.layouts.benchmark.tables import (
 from steadyload.layouts.model.question import Question
 from steadyload.methods.naming import MethodKey
 from steadyload.methods.registry import make_method
-from steadyload.reports.writing import write_page
+from steadyload.reports.pages.writing import write_page
 from steadyload.runs.accuracy import at_natural_prevalence, verdicts_against_labels
 from steadyload.runs.costs import CostKind, timed_costs
 from steadyload.runs.definition import StudyDefinition, StudyError, load_study

@@ -14,7 +14,7 @@ from steadyload.layouts.formats import (
 )
 from steadyload.layouts.model.layout import Layout, LayoutError
 from steadyload.layouts.packing.packing import random_layouts
-from steadyload.reports.writing import write_page
+from steadyload.reports.pages.writing import write_page
 from steadyload.runs.definition import StudyDefinition, StudyError
 from steadyload.runs.results import KEYS, ResultsError, each_shard, load_results
 from steadyload.runs.runner import run_study

@@ -13,7 +13,7 @@ from steadyload.layouts.benchmark.tables import (
     UNLABELLED,
     write_tables,
 )
-from steadyload.reports.writing import write_page
+from steadyload.reports.pages.writing import write_page
 from steadyload.runs.labels import made_with
 from steadyload.studies.benchmark.page import benchmark_page
 from steadyload.studies.benchmark.summary import summarise

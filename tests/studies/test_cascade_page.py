@@ -18,7 +18,7 @@ from steadyload.methods.cascade.thresholds import (
 )
 from steadyload.methods.registry import make_method
 from steadyload.reports.columns import table
-from steadyload.reports.writing import write_page
+from steadyload.reports.pages.writing import write_page
 from steadyload.runs.results import load_results
 from steadyload.statistics.estimate import Estimate
 from steadyload.studies.cascade.comparing import aims, compare

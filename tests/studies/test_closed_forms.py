@@ -14,8 +14,8 @@ from steadyload.engines.world import GRAVITY, EngineError, SettingSupport, Suppo
 from steadyload.properties import mechanics
 from steadyload.properties.closed_form_tests import closed_form_tests
 from steadyload.properties.closed_forms import NoValueError, boundary
+from steadyload.reports.pages.writing import write_page
 from steadyload.reports.table import compact
-from steadyload.reports.writing import write_page
 from steadyload.runs.definition import StudyError
 from steadyload.studies.closed_form_figures import plot_closed_forms
 from steadyload.studies.closed_forms.page import closed_forms_page

@@ -27,7 +27,7 @@ from steadyload.engines.world import (
 from steadyload.methods.envelope import Envelope, envelopes
 from steadyload.properties import mechanics
 from steadyload.properties.closed_forms import Stage
-from steadyload.reports.writing import write_page
+from steadyload.reports.pages.writing import write_page
 from steadyload.runs.definition import StudyError
 from steadyload.studies.extremes import measuring as extreme_runs
 from steadyload.studies.extremes import scenes

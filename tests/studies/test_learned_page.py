@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from steadyload.methods.naming import MethodKey
-from steadyload.reports.writing import write_page
+from steadyload.reports.pages.writing import write_page
 from steadyload.runs.costs import CostKind, CostSource
 from steadyload.runs.evaluation import MethodEvaluation
 from steadyload.runs.paper import paper

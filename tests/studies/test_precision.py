@@ -11,7 +11,7 @@ from steadyload.engines.registry import engines_here
 from steadyload.methods import make_method
 from steadyload.properties.closed_form_tests import ClosedFormResult, closed_form_tests
 from steadyload.properties.closed_forms import Stage, fall
-from steadyload.reports.writing import write_page
+from steadyload.reports.pages.writing import write_page
 from steadyload.runs.able import fixed_step_engines
 from steadyload.runs.definition import StudyError
 from steadyload.statistics.clusters import Clusters

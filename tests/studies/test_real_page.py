@@ -17,7 +17,7 @@ from steadyload.layouts.benchmark.real import NO_CLASS, PALLET_SOFTWARE
 from steadyload.layouts.benchmark.tables import CASES, OPINIONS, UNLABELLED, write_tables
 from steadyload.layouts.model.question import Question
 from steadyload.methods.contract.spec import SpecError
-from steadyload.reports.writing import write_page
+from steadyload.reports.pages.writing import write_page
 from steadyload.runs.definition import StudyError
 from steadyload.runs.judged import load_judged
 from steadyload.studies.real import summary

@@ -19,7 +19,7 @@ from steadyload.layouts.packing.heuristics import Heuristic
 from steadyload.learners.network import LstmNetwork
 from steadyload.learners.scoring import items_safe
 from steadyload.methods.registry import make_method
-from steadyload.reports.writing import write_page
+from steadyload.reports.pages.writing import write_page
 from steadyload.runs.evaluation import ALL
 from steadyload.runs.store import CHECKPOINTS
 from steadyload.studies.replication.methods import ALL_LINES

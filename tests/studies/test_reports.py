@@ -10,6 +10,7 @@ from steadyload.layouts.packing.packing import random_layouts
 from steadyload.methods.naming import MethodKey
 from steadyload.reports.charts.front import front
 from steadyload.reports.interactive import CostPoint
+from steadyload.reports.pages.writing import write_page
 from steadyload.reports.style import colour, face, marker
 from steadyload.reports.table import (
     Column,
@@ -23,7 +24,6 @@ from steadyload.reports.table import (
     words,
     yes_no,
 )
-from steadyload.reports.writing import write_page
 from steadyload.runs.definition import load_study
 from steadyload.runs.runner import run_study
 from steadyload.statistics.estimate import Estimate

@@ -14,7 +14,7 @@ from steadyload.layouts.benchmark.dataset import KEYS, Benchmark, row_of
 from steadyload.layouts.benchmark.tables import CASES, OPINIONS, UNLABELLED, write_tables
 from steadyload.layouts.model.question import Question
 from steadyload.methods.registry import make_method
-from steadyload.reports.writing import write_page
+from steadyload.reports.pages.writing import write_page
 from steadyload.runs.results import load_results
 from steadyload.studies.kit import Lab
 from steadyload.studies.scope.balanced_steps import (

@@ -9,7 +9,7 @@ from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.model.question import Question
 from steadyload.methods.registry import make_method
 from steadyload.methods.simulation.criteria import Criterion
-from steadyload.reports.writing import write_page
+from steadyload.reports.pages.writing import write_page
 from steadyload.statistics.estimate import Estimate
 from steadyload.studies.sensitivity.page import sensitivity_page, what_survives
 from steadyload.studies.sensitivity.rules import LIMITS, RULES, TIMES, USUAL, Rule

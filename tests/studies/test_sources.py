@@ -5,7 +5,7 @@ import pytest
 
 from steadyload.layouts.model.question import Question
 from steadyload.methods.tuned import tuned_engines
-from steadyload.reports.writing import write_page
+from steadyload.reports.pages.writing import write_page
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.variance import SourceShare
 from steadyload.studies.engines import sources as module

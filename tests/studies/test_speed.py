@@ -7,7 +7,7 @@ import pytest
 from steadyload.engines.registry import engines_here, world_class
 from steadyload.layouts.packing.packing import random_layouts
 from steadyload.methods.simulation.scene import planar_scene
-from steadyload.reports.writing import write_page
+from steadyload.reports.pages.writing import write_page
 from steadyload.studies.engines import speed
 from steadyload.studies.engines.page import engine_study_page
 from steadyload.studies.engines.speed import (

@@ -7,7 +7,7 @@ from steadyload.layouts.packing.heuristics import HEURISTICS, pack_bins
 from steadyload.layouts.packing.packing import ITEM_CLASSES, SPACE_RULES, make_instance, pack
 from steadyload.methods import make_method
 from steadyload.methods.contract import stopwatch
-from steadyload.reports.writing import write_page
+from steadyload.reports.pages.writing import write_page
 from steadyload.studies.session import study as session_cost
 from steadyload.studies.session.packing_gains import PACKED_BY, packing_gains
 from steadyload.studies.session.page import session_page

@@ -9,7 +9,7 @@ import pytest
 from template_names import faults_of
 
 from steadyload.cli import main
-from steadyload.reports.composing import page_environment
+from steadyload.reports.pages.composing import page_environment
 from steadyload.studies import registry
 
 ROOT = Path(__file__).parents[2]

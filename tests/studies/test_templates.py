@@ -8,7 +8,7 @@ import pytest
 from template_names import faults_of, wrong_names
 
 from steadyload.reports.columns import column, row
-from steadyload.reports.composing import page_environment
+from steadyload.reports.pages.composing import page_environment
 from steadyload.studies.registry import STUDIES, study
 
 ROOT = Path(__file__).parents[2]

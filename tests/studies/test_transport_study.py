@@ -10,7 +10,7 @@ from steadyload.layouts.benchmark import REAL
 from steadyload.layouts.benchmark.dataset import LISTS
 from steadyload.layouts.model.layout import Item, Layout, Pallet
 from steadyload.layouts.model.question import Question
-from steadyload.reports.writing import write_page
+from steadyload.reports.pages.writing import write_page
 from steadyload.runs.definition import StudyError
 from steadyload.studies.transport.page import transport_page
 from steadyload.studies.transport.study import (

@@ -9,8 +9,8 @@ import pytest
 
 from steadyload.methods.naming import MethodKey
 from steadyload.methods.tuned import TUNED, tuned
+from steadyload.reports.pages.writing import write_page
 from steadyload.reports.table import duration, factor
-from steadyload.reports.writing import write_page
 from steadyload.runs.costs import CostKind, CostSource
 from steadyload.runs.evaluation import MethodEvaluation
 from steadyload.statistics.estimate import Estimate

@@ -11,7 +11,7 @@ from steadyload.cli import main
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.methods.registry import make_method
-from steadyload.reports.writing import write_page
+from steadyload.reports.pages.writing import write_page
 from steadyload.runs.verdict_reliability import Sampling
 from steadyload.studies.uncertain.cases import Question, Unit, sample_unit
 from steadyload.studies.uncertain.page import uncertain_page

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from steadyload.reports.page import Page, Picture, Section
+from steadyload.reports.pages.page import Page, Picture, Section
 from steadyload.reports.table import (
     MISSING,
     Column,

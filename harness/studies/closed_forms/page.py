@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 
 from steadyload.properties.closed_form_tests import ClosedFormResult, ClosedFormTest
-from steadyload.reports.page import Page, Picture, Section
+from steadyload.reports.pages.page import Page, Picture, Section
 from steadyload.reports.table import MISSING, Column, Table, columns_for, compact, words
 from steadyload.studies.closed_form_figures import (
     ENGINE,

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from steadyload.escaping import markdown
 from steadyload.reports.charts.front import front
 from steadyload.reports.charts.scene import scene
-from steadyload.reports.page import Page, Picture, Section
+from steadyload.reports.pages.page import Page, Picture, Section
 from steadyload.reports.table import (
     MISSING,
     Column,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from steadyload.escaping import markdown
-from steadyload.reports.page import Page, Picture, Section
+from steadyload.reports.pages.page import Page, Picture, Section
 from steadyload.reports.table import (
     MISSING,
     Column,

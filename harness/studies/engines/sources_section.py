@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from steadyload.methods.tuned import tuned_engines
-from steadyload.reports.page import Picture, Section
+from steadyload.reports.pages.page import Picture, Section
 from steadyload.reports.table import Column, Table, names, percent, plain_percent, words
 from steadyload.statistics.variance import SourceShare
 from steadyload.studies.engines.figures import plot_sources

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from steadyload.reports.charts.curves import curves
 from steadyload.reports.charts.forest import forest
-from steadyload.reports.page import Picture, Section
+from steadyload.reports.pages.page import Picture, Section
 from steadyload.reports.table import (
     MISSING,
     Column,

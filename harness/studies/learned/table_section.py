@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from steadyload.reports.charts.front import front
-from steadyload.reports.page import Picture, Section
+from steadyload.reports.pages.page import Picture, Section
 from steadyload.reports.table import (
     Column,
     Table,

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from steadyload.reports.page import Picture, Section
-from steadyload.reports.reliability_figures import plot_reliability, plot_risk
-from steadyload.reports.reliability_tables import (
+from steadyload.reports.pages.page import Picture, Section
+from steadyload.reports.pages.reliability_figures import plot_reliability, plot_risk
+from steadyload.reports.pages.reliability_tables import (
     abstention_table,
     bins_table,
     errors_table,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from steadyload.properties.closed_form_tests import ClosedFormResult, closed_form_tests
-from steadyload.reports.page import Page, Picture, Section
+from steadyload.reports.pages.page import Page, Picture, Section
 from steadyload.reports.table import (
     MISSING,
     Column,

@@ -7,7 +7,7 @@ from pathlib import PurePosixPath
 
 from steadyload.methods.naming import MethodKey
 from steadyload.reports.charts.scene import scene
-from steadyload.reports.page import Page, Picture, Section
+from steadyload.reports.pages.page import Page, Picture, Section
 from steadyload.reports.table import (
     MISSING,
     Column,

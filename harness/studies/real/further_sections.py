@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from steadyload.layouts.model.question import Question
-from steadyload.reports.page import Section
+from steadyload.reports.pages.page import Section
 from steadyload.reports.table import (
     Column,
     Table,

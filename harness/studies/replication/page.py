@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from steadyload.labelling.paper_labels import Labelling
-from steadyload.reports.page import Page, Picture, Section
+from steadyload.reports.pages.page import Page, Picture, Section
 from steadyload.reports.table import Column, Table, names, percent, plain_percent, words
 from steadyload.runs.evaluation import ALL
 from steadyload.statistics.estimate import Estimate

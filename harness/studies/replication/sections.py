@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from steadyload.escaping import markdown
-from steadyload.reports.page import Section
+from steadyload.reports.pages.page import Section
 from steadyload.reports.table import (
     Column,
     Table,

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from steadyload.methods.naming import method_key
 from steadyload.methods.registry import make_method
-from steadyload.reports.page import Picture, Section
+from steadyload.reports.pages.page import Picture, Section
 from steadyload.reports.table import Column, Table, decimal, milliseconds, words
 from steadyload.studies.speed.figures import plot_growth
 from steadyload.studies.speed.growth import LATE

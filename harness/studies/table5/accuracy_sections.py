@@ -10,7 +10,7 @@ from steadyload.learners.weights import load_weights
 from steadyload.methods.contract.method import Trait
 from steadyload.methods.naming import MethodKey
 from steadyload.methods.registry import make_method
-from steadyload.reports.page import Picture, Section
+from steadyload.reports.pages.page import Picture, Section
 from steadyload.reports.table import (
     MISSING,
     Column,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from steadyload.reports.page import Picture, Section
+from steadyload.reports.pages.page import Picture, Section
 from steadyload.reports.table import Column, Table, columns_for, compact, factor, percent, words
 from steadyload.runs.evaluation import MethodEvaluation
 from steadyload.statistics.error_costs import CheapestRange

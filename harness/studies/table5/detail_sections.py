@@ -6,7 +6,7 @@ import shlex
 from collections.abc import Sequence
 
 from steadyload.escaping import markdown, printable
-from steadyload.reports.page import Picture, Section
+from steadyload.reports.pages.page import Picture, Section
 from steadyload.reports.table import Column, Table, columns_for, compact, percent, words
 from steadyload.runs.evaluation import ALL, MethodEvaluation
 from steadyload.runs.paper import Paper

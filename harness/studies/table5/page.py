@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from steadyload.layouts.model.question import Question
-from steadyload.reports.page import Page, Section
+from steadyload.reports.pages.page import Page, Section
 from steadyload.reports.table import counts, factor, markdown_table, milliseconds, names, percent
 from steadyload.runs.evaluation import ALL, MethodEvaluation
 from steadyload.studies.agreement_section import agreement_picture

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from steadyload.methods.naming import MethodKey
-from steadyload.reports.page import Picture, Section
+from steadyload.reports.pages.page import Picture, Section
 from steadyload.reports.table import Column, Table, columns_for, compact, percent, words
 from steadyload.runs.comparison import PairTest
 from steadyload.runs.evaluation import ALL

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from steadyload.layouts.benchmark import REAL
 from steadyload.layouts.benchmark.dataset import LISTS
 from steadyload.reports.charts.scene import scene
-from steadyload.reports.page import Page, Picture, Section
+from steadyload.reports.pages.page import Page, Picture, Section
 from steadyload.reports.table import (
     Column,
     Table,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from steadyload.reports.page import Section
+from steadyload.reports.pages.page import Section
 from steadyload.reports.table import Column, Table, factor, names, percent, significant
 from steadyload.runs.evaluation import MethodEvaluation
 from steadyload.statistics.estimate import Estimate

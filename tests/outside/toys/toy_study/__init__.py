@@ -26,7 +26,7 @@ class Toy(Study):
         return config.boxes, workers
 
     def page(self, result):
-        from steadyload.reports.page import Page, Section
+        from steadyload.reports.pages.page import Page, Section
 
         boxes, workers = result
         summary = f"There are {boxes} boxes. They were counted by {workers}."

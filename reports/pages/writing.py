@@ -21,8 +21,8 @@ from steadyload.atomic import (
 from steadyload.reading import MAX_STORED_BYTES, content_of
 from steadyload.reports.charts.drawing import image
 from steadyload.reports.html import template_text
-from steadyload.reports.page import Page
-from steadyload.reports.report_html import report_html
+from steadyload.reports.pages.page import Page
+from steadyload.reports.pages.report_html import report_html
 from steadyload.reports.table import Table
 
 FIGURES = "figures"

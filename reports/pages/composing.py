@@ -20,7 +20,7 @@ from steadyload.reports.charts.drawing import Chart
 from steadyload.reports.charts.kinds import KINDS
 from steadyload.reports.charts.rows import ChartError
 from steadyload.reports.interactive import Interactive
-from steadyload.reports.page import Block, Page, Picture, Section
+from steadyload.reports.pages.page import Block, Page, Picture, Section
 
 FORMS: Mapping[str, Callable[..., str]] = {
     "percent": table.percent,

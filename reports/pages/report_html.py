@@ -18,7 +18,7 @@ from markdown_it import MarkdownIt
 from markupsafe import Markup
 
 from steadyload.reports.html import packed, rendered, template_text
-from steadyload.reports.page import Page, Picture
+from steadyload.reports.pages.page import Page, Picture
 from steadyload.reports.viewer.page import packed_shared_texts
 
 _TYPES = {".svg": "image/svg+xml", ".png": "image/png"}

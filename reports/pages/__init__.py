@@ -1,0 +1,1 @@
+"""Pages: composed of a template and rows, and written as Markdown and HTML."""
