@@ -58,7 +58,7 @@ def preset(cls, error):
 TABLES = {
     "study": Table(
         StudyDefinition, {"methods": ["sme"], "generated": 1}, load_study, StudyError,
-        not_stated=("name", "files", "dialect"),
+        not_stated=("name", "files", "dialect", "made"),
     ),
     "profile": Table(Dialect, {"columns": {"length": "L"}}, load_profile, DialectError),
     "rule": Table(

@@ -9,7 +9,7 @@ import dataclasses
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property, partial
+from functools import cache, cached_property, partial
 from pathlib import Path
 from typing import (
     TYPE_CHECKING,
@@ -25,9 +25,9 @@ from typing import (
 from steadyload.config import bind
 
 if TYPE_CHECKING:
+    from steadyload.progress import Progress
     from steadyload.runs.labels import Case
     from steadyload.runs.pool import Executor
-    from steadyload.runs.store import Progress
 
 R = TypeVar("R")
 
@@ -191,10 +191,16 @@ def kept_rows(
     return Measured(rows, found[-1].get(_MADE_WITH, {}))
 
 
-def _kept(measure: Callable[[Any], Any] | None, unit: Asked[Any]) -> Iterator[dict[str, Any]]:
+@cache
+def _made_with_here() -> Mapping[str, str]:
+    """Provenance of the code of this process, as it is when that measures for the first time."""
     from steadyload.runs.provenance import provenance_lines
 
-    made_with = provenance_lines()  # of the code that measures
+    return provenance_lines()
+
+
+def _kept(measure: Callable[[Any], Any] | None, unit: Asked[Any]) -> Iterator[dict[str, Any]]:
+    made_with = _made_with_here()
     row = unit.measure() if measure is None else measure(unit)
     found, known = dataclasses.asdict(row), _values(unit)
     own = {k: v for k, v in found.items() if k not in known or known[k] != v}

@@ -149,11 +149,9 @@ def source_line(made: Mapping[str, Any]) -> str:
     return f"installed package {made['versions'].get(OWN, '')}".rstrip()
 
 
-@cache
 def _git_revision() -> str | None:
     """Commit of the source tree this code runs from, marked when it has changes; None outside.
 
-    As it is at the first call of a process, whose code is of then.
     What remaking published pages writes does not count (pages, the rows behind them, and the
     envelopes of engines): one is remade after the other.
     """

@@ -118,7 +118,7 @@ FORKED = """
 import os, sys
 from pathlib import Path
 import matplotlib.figure
-from steadyload.reports import writing
+from steadyload.reports.pages import writing
 from steadyload.reports.pages.page import Page, Picture, Section
 from steadyload.reports.table import Column, Table
 folder = Path(sys.argv[2])

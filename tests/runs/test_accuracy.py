@@ -400,15 +400,18 @@ def test_a_folder_without_its_labels_says_so(run, tmp_path):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ('benchmark = "tset"', "benchmark: 'tset'; did you mean 'test'?"),
-        ("benchmark = 3", "benchmark: 3; allowed: all"),
+        ('benchmark = "tset"', "benchmark is 'tset'; did you mean 'test'?"),
+        ("benchmark = 3", "benchmark is 3; allowed: all"),
         ('benchmark = "test"\nmax_items = 5', "max_items cannot stand beside benchmark: labels"),
         ('benchmark = "test"\ngenerated = 5', "generated cannot stand beside benchmark"),
         ('benchmark = "test"\nsnap_gap = 0.1', "snap_gap cannot stand beside benchmark"),
         ('benchmark = "test"\nseed = 3', "seed cannot stand beside benchmark"),
         ('benchmark = "test"\nlayouts = ["s.toml"]', "layouts cannot stand beside benchmark"),
         ('benchmark_directory = "x"', "benchmark_directory needs a part"),
-        ('benchmark = "test"\nbenchmark_directory = 3', "allowed: the path of a folder"),
+        (
+            'benchmark = "test"\nbenchmark_directory = 3',
+            "benchmark_directory is 3; allowed: a text",
+        ),
     ],
 )
 def test_what_cannot_stand_beside_a_labelled_set_is_refused(tmp_path, text, message):

@@ -267,9 +267,9 @@ def test_batches_say_what_single_judgements_say():
     [
         ("com=5kg", "com is '5kg'; allowed units: cm, m, mm"),
         ("comm=5mm", "did you mean 'com'?"),
-        ("com=-1", "allowed: 0 to 1000 cm"),
+        ("com=-1", "com is -1; allowed: a number, 0 to 1,000 [cm]"),
         ("com=nan", "allowed: a finite number"),
-        ("weight=5", "allowed: 0 to 1"),
+        ("weight=5", "weight is 5; allowed: a number, 0 to 1"),
         ("friction=10%", "allowed units: none"),
         ("com", "is not of the form key=value"),
         ("com=1,com=2", "com stands there twice"),
