@@ -27,6 +27,7 @@ from steadyload.methods.contract.declared import (
     LABEL_LIMITS,
     LayoutRange,
     MovementLimits,
+    Trait,
 )
 from steadyload.methods.contract.method import (
     STABLE,
@@ -37,7 +38,6 @@ from steadyload.methods.contract.method import (
     Status,
     StepScorer,
     Stopwatch,
-    Trait,
     Verdict,
 )
 

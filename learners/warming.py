@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from functools import partial
 
-from steadyload.methods.contract.method import Trait
+from steadyload.methods.contract.declared import Trait
 from steadyload.methods.registry import methods_with
 from steadyload.runs.able import able_methods
 

@@ -20,7 +20,8 @@ from steadyload.engines.registry import capabilities, engines
 from steadyload.errors import nearest
 from steadyload.escaping import shown
 from steadyload.layouts.model.question import Question
-from steadyload.methods.contract.method import Method, Trait
+from steadyload.methods.contract.declared import Trait
+from steadyload.methods.contract.method import Method
 from steadyload.methods.contract.spec import (
     MethodSpec,
     SpecError,

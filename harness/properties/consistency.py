@@ -6,8 +6,7 @@ from hypothesis import strategies as st
 from hypothesis.strategies import DrawFn, SearchStrategy
 
 from steadyload.layouts.model.layout import Item, Layout, Pallet
-from steadyload.methods.contract.declared import LayoutRange
-from steadyload.methods.contract.method import Trait
+from steadyload.methods.contract.declared import LayoutRange, Trait
 from steadyload.methods.envelope import leaves
 from steadyload.methods.registry import make_method
 from steadyload.properties.margin_filter import is_clear

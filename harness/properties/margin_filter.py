@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from steadyload.layouts.model.layout import Layout
-from steadyload.methods.contract.method import Trait, Verdict
+from steadyload.methods.contract.declared import Trait
+from steadyload.methods.contract.method import Verdict
 from steadyload.properties.property import MethodUnderTest
 from steadyload.statics.margins import margins
 from steadyload.statistics.placed import items_placed

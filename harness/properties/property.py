@@ -12,8 +12,8 @@ from hypothesis.strategies import SearchStrategy
 from steadyload.engines.registry import world_class
 from steadyload.engines.world import Capabilities
 from steadyload.layouts.model.layout import Layout
-from steadyload.methods.contract.declared import EVERY_LAYOUT
-from steadyload.methods.contract.method import Method, Status, Trait, Verdict
+from steadyload.methods.contract.declared import EVERY_LAYOUT, Trait
+from steadyload.methods.contract.method import Method, Status, Verdict
 from steadyload.methods.registry import make_method
 from steadyload.properties.transforms import brought_within
 from steadyload.statistics.placed import items_placed

@@ -10,8 +10,7 @@ from hypothesis.strategies import DrawFn, SearchStrategy
 
 from steadyload.engines.world import GRAVITY
 from steadyload.layouts.model.layout import Layout
-from steadyload.methods.contract.declared import MovementLimits
-from steadyload.methods.contract.method import Trait
+from steadyload.methods.contract.declared import MovementLimits, Trait
 from steadyload.methods.envelope import leaves
 from steadyload.methods.simulation.simulation import Simulation
 from steadyload.methods.simulation.simulation_parameters import BetweenSteps

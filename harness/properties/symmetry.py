@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.strategies import DrawFn, SearchStrategy
 
 from steadyload.layouts.model.layout import WEIGHTS, Layout, replace_items
-from steadyload.methods.contract.method import Trait
+from steadyload.methods.contract.declared import Trait
 from steadyload.properties.margin_filter import is_clear
 from steadyload.properties.property import (
     Case,

@@ -10,7 +10,8 @@ from steadyload.cli import main
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.model.layout import Layout, LayoutError
 from steadyload.layouts.packing.packing import random_layouts
-from steadyload.methods.contract.method import Status, Trait, Verdict
+from steadyload.methods.contract.declared import Trait
+from steadyload.methods.contract.method import Status, Verdict
 from steadyload.methods.registry import make_method
 from steadyload.methods.session.session import LoadingSession
 from steadyload.progress import silent

@@ -14,7 +14,8 @@ from steadyload.engines import registry as engine_registry
 from steadyload.layouts.model.question import Question
 from steadyload.learners import warming
 from steadyload.methods import registry as method_registry
-from steadyload.methods.contract.method import StepScorer, Trait
+from steadyload.methods.contract.declared import Trait
+from steadyload.methods.contract.method import StepScorer
 from steadyload.methods.naming import method_key
 from steadyload.methods.registry import each_question, make_method, methods_with
 from steadyload.properties.property import MethodUnderTest

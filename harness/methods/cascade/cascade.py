@@ -32,7 +32,7 @@ from steadyload.methods.cascade.thresholds import (
     fit_command,
     load_thresholds,
 )
-from steadyload.methods.contract.declared import LABEL_LIMITS, LayoutRange, MovementLimits
+from steadyload.methods.contract.declared import LABEL_LIMITS, LayoutRange, MovementLimits, Trait
 from steadyload.methods.contract.method import (
     STABLE,
     Effort,
@@ -42,7 +42,6 @@ from steadyload.methods.contract.method import (
     Status,
     StepScorer,
     Stopwatch,
-    Trait,
 )
 from steadyload.methods.registry import make_method
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from enum import StrEnum
 from types import MappingProxyType
 
 from steadyload.engines.world import GRAVITY
@@ -66,3 +67,25 @@ LABEL_LIMITS: Mapping[Question, MovementLimits] = MappingProxyType(
     }
 )
 """Limits of the labels of each question, and so of the methods that were fitted to them."""
+
+
+class Trait(StrEnum):
+    """Trait that a method declares of itself: what concerns a kind of method asks for its trait.
+
+    Properties are tested on methods that declare theirs
+    (:func:`steadyload.methods.registry.methods_with` names the methods that declare one).
+
+    ``stepwise``: the verdict on a step depends on the items placed by then alone.
+    ``base support``: sees the supported share of bases, and no centre of mass.
+    ``centres of mass``: sees where centres of mass lie.
+    ``balance``: a loading that balances clearly at every step is stable.
+    ``movement``: a step fails by how far items move, compared with thresholds.
+    ``learned``: was trained on labels, so that those it learnt from are no test of it.
+    """
+
+    STEPWISE = "stepwise"
+    BASE_SUPPORT = "base support"
+    CENTRES_OF_MASS = "centres of mass"
+    BALANCE = "balance"
+    MOVEMENT = "movement"
+    LEARNED = "learned"

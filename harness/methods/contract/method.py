@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping
-from enum import StrEnum
 from functools import partial
 from typing import Any, ClassVar, Self
 
@@ -14,7 +13,7 @@ from numpy.typing import NDArray
 from steadyload.layouts.model.batch import LayoutBatch
 from steadyload.layouts.model.growing import GrowingLayout
 from steadyload.layouts.model.layout import FloatArray, Item, Layout
-from steadyload.methods.contract.declared import EVERY_LAYOUT, LayoutRange, MovementLimits
+from steadyload.methods.contract.declared import EVERY_LAYOUT, LayoutRange, MovementLimits, Trait
 from steadyload.methods.contract.spec import MethodSpec, SpecError
 from steadyload.methods.contract.stopwatch import Phase as Phase
 from steadyload.methods.contract.stopwatch import Seconds as Seconds
@@ -28,28 +27,6 @@ from steadyload.methods.contract.verdict import Verdict as Verdict
 from steadyload.methods.contract.verdict import verdict_of
 from steadyload.numbers import seconds_allowed
 from steadyload.time_limit import TimeoutExpiredError as TimeoutExpiredError
-
-
-class Trait(StrEnum):
-    """Trait that a method declares of itself: what concerns a kind of method asks for its trait.
-
-    Properties are tested on methods that declare theirs
-    (:func:`steadyload.methods.registry.methods_with` names the methods that declare one).
-
-    ``stepwise``: the verdict on a step depends on the items placed by then alone.
-    ``base support``: sees the supported share of bases, and no centre of mass.
-    ``centres of mass``: sees where centres of mass lie.
-    ``balance``: a loading that balances clearly at every step is stable.
-    ``movement``: a step fails by how far items move, compared with thresholds.
-    ``learned``: was trained on labels, so that those it learnt from are no test of it.
-    """
-
-    STEPWISE = "stepwise"
-    BASE_SUPPORT = "base support"
-    CENTRES_OF_MASS = "centres of mass"
-    BALANCE = "balance"
-    MOVEMENT = "movement"
-    LEARNED = "learned"
 
 
 class RefusedError(Exception):

@@ -20,7 +20,7 @@ from steadyload.layouts.model.contacts import VERSION as CONTACTS
 from steadyload.layouts.model.contacts import find_supports
 from steadyload.layouts.model.growing import GrowingLayout
 from steadyload.layouts.model.layout import TOLERANCE, Arrangement, FloatArray, Layout
-from steadyload.methods.contract.declared import MovementLimits
+from steadyload.methods.contract.declared import MovementLimits, Trait
 from steadyload.methods.contract.method import (
     STABLE,
     BatchVerdicts,
@@ -30,7 +30,6 @@ from steadyload.methods.contract.method import (
     Status,
     StepScorer,
     Stopwatch,
-    Trait,
 )
 from steadyload.methods.contract.warming import judge_one_item
 from steadyload.methods.rules.rule_loading import BalancedLoader

@@ -13,7 +13,7 @@ from steadyload.engines.quantities import quantity
 from steadyload.layouts.model.contacts import VERSION as CONTACTS
 from steadyload.layouts.model.contacts import find_supports
 from steadyload.layouts.model.layout import Layout
-from steadyload.methods.contract.declared import MovementLimits
+from steadyload.methods.contract.declared import MovementLimits, Trait
 from steadyload.methods.contract.method import (
     STABLE,
     Finding,
@@ -21,7 +21,6 @@ from steadyload.methods.contract.method import (
     Status,
     StepScorer,
     Stopwatch,
-    Trait,
 )
 from steadyload.methods.contract.warming import judge_one_item
 from steadyload.statics import kernels

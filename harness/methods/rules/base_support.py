@@ -14,6 +14,7 @@ from steadyload.layouts.model.contacts import VERSION as CONTACTS
 from steadyload.layouts.model.contacts import Contacts, find_contacts
 from steadyload.layouts.model.growing import GrowingLayout
 from steadyload.layouts.model.layout import FloatArray, Layout
+from steadyload.methods.contract.declared import Trait
 from steadyload.methods.contract.method import (
     STABLE,
     BatchVerdicts,
@@ -22,7 +23,6 @@ from steadyload.methods.contract.method import (
     Method,
     StepScorer,
     Stopwatch,
-    Trait,
 )
 from steadyload.methods.contract.spec import NoParameters
 from steadyload.methods.contract.warming import judge_one_item

@@ -11,6 +11,7 @@ from steadyload.layouts.model.batch import LayoutBatch
 from steadyload.layouts.model.contacts import VERSION as CONTACTS
 from steadyload.layouts.model.growing import GrowingLayout
 from steadyload.layouts.model.layout import Layout
+from steadyload.methods.contract.declared import Trait
 from steadyload.methods.contract.method import (
     STABLE,
     BatchVerdicts,
@@ -18,7 +19,6 @@ from steadyload.methods.contract.method import (
     Loader,
     Method,
     Stopwatch,
-    Trait,
 )
 from steadyload.methods.contract.spec import NoParameters
 from steadyload.methods.contract.warming import judge_one_item

@@ -14,7 +14,7 @@ from steadyload.layouts.model.contacts import VERSION as CONTACTS
 from steadyload.layouts.model.growing import GrowingLayout
 from steadyload.layouts.model.layout import Layout
 from steadyload.layouts.model.question import Question
-from steadyload.methods.contract.declared import MovementLimits
+from steadyload.methods.contract.declared import MovementLimits, Trait
 from steadyload.methods.contract.method import (
     Effort,
     Finding,
@@ -26,7 +26,6 @@ from steadyload.methods.contract.method import (
     StepScorer,
     Stopwatch,
     TimeoutExpiredError,
-    Trait,
 )
 from steadyload.methods.simulation.loading import VERSION as LOADING
 from steadyload.methods.simulation.loading import GrowingLoading, Loading

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from steadyload.layouts.model.layout import Layout
-from steadyload.methods.contract.method import Method, Trait
+from steadyload.methods.contract.declared import Trait
+from steadyload.methods.contract.method import Method
 from steadyload.statistics.metrics import ratio
 from steadyload.studies.speed.records import StepShares
 

@@ -7,7 +7,7 @@ from functools import partial
 from typing import Any
 
 from steadyload.learners.weights import load_weights
-from steadyload.methods.contract.method import Trait
+from steadyload.methods.contract.declared import Trait
 from steadyload.methods.naming import MethodKey
 from steadyload.methods.registry import make_method
 from steadyload.reports.pages.page import Picture, Section

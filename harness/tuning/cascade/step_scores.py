@@ -11,7 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from steadyload.methods.contract.method import Method, RefusedError, Stopwatch, Trait
+from steadyload.methods.contract.declared import Trait
+from steadyload.methods.contract.method import Method, RefusedError, Stopwatch
 from steadyload.methods.registry import make_method
 from steadyload.progress import Progress, silent
 from steadyload.tuning.cases import Case
