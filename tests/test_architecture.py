@@ -94,7 +94,7 @@ ROOMS = {
 """Folder -> other folders of its package that it may import. The name of a package alone is of
 the modules that lie in no folder of it."""
 
-STUDIES_TOGETHER = {("scale", "comparison"), ("table5", "sensitivity")}
+STUDIES_TOGETHER = {("scale", "comparison")}
 """A study that imports another one still, and that one. This set may only shrink."""
 
 SHOWING = ("page", "figures", "section", "sections")
@@ -204,7 +204,7 @@ def circles(arrows):
 DRAWING = {
     "benchmark.figures", "closed_form_figures", "comparison.figures", "convergence.figures",
     "engines.figures", "extremes.figures", "precision.figures", "real.figures",
-    "replication.figures", "sensitivity.figures", "session.figures", "table5.cost_figures",
+    "replication.figures", "session.figures", "table5.cost_figures",
     "table5.figures", "transport.figures", "tuning.figures", "tuning.search_figures",
 }  # fmt: skip
 """Modules of studies that draw without the kinds of charts of `reports`; no other one may."""

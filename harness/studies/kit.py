@@ -93,7 +93,7 @@ class Lab:
             question: whose labels are compared with verdicts, on the cases that have one; None
                 for ``within``.
             timeout: CPU seconds that a judgement may take; None for no limit.
-            folder: of the run, in the work folder.
+            folder: of the run, in the work folder; empty for that itself.
             name: of the run, whose folder no other one may use; empty for that of the folder.
             shard_size: cases a unit of work. It is part of the keys of kept rows.
             costs: source of times, see :class:`steadyload.runs.costs.CostSource`; None says no more
@@ -123,7 +123,7 @@ class Lab:
             self.work / folder,
             benchmark=cases.benchmark,
             workers=self.workers,
-            progress=lambda *done: self.progress(f"judging {folder}", *done),
+            progress=lambda *done: self.progress(f"judging {folder}".rstrip(), *done),
         )
         judged = load_judged(self.work / folder)
         return evaluate(

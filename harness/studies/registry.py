@@ -24,7 +24,7 @@ GROUP = "steadyload.studies"
 STUDIES: dict[str, str] = {
     "comparison": "steadyload.studies.comparison.config:STUDY",
     "table5": "steadyload.studies.table5.config:STUDY",
-    "sensitivity": "steadyload.studies.sensitivity.config:STUDY",
+    "sensitivity": "steadyload.studies.sensitivity.study:Sensitivity",
     "real": "steadyload.studies.real.config:STUDY",
     "cascade": "steadyload.studies.cascade.study:Cascade",
     "tuning": "steadyload.studies.tuning.config:STUDY",

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import Any
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -32,6 +33,9 @@ def curves(
     dash: Field = "",
     thin: Field = "",
     panel: Field = "",
+    above: Field = "",
+    ranks: bool = False,
+    ends: bool = False,
     percent: str = "",
     log: str = "",
     ticks: str = "",
@@ -46,7 +50,8 @@ def curves(
 
     Args:
         rows: one a point, or records of points; of those without a value there is none.
-        x: field of the number; of several, each has a panel of its own.
+        x: field of the number, or of a text that has its place in the order of the rows; of
+            several fields, each has a panel of its own.
         y: field of the value, a number or an estimate.
         title: field of the line's title: rows of one title are one line.
         within: field of a row that holds its points.
@@ -55,6 +60,9 @@ def curves(
         dash: field of what the line's dashes show.
         thin: field of whether the line is drawn thin.
         panel: field of what a panel shows, which is its title.
+        above: field of what the panels of one line show; lines of panels stand above each other.
+        ranks: whether y is a rank: 1 stands on top, and every one has a tick.
+        ends: whether a line's title stands at its end, in the last panel, and not in a legend.
         percent: axes of shares that are shown in per cent: "x", "y" or "xy".
         log: axes that are logarithmic, likewise.
         ticks: numbers of the rows that x has its ticks at: "all", or those "apart" that upright
@@ -74,41 +82,89 @@ def curves(
     points = flat(rows, within)
     lines, dashes = list(grouped(points, title)), list(grouped(points, dash))
     across = [x] if isinstance(x, str) else list(x)
-    panels = [(name, shown, members) for name in across
-              for shown, members in grouped(points, panel).items()]  # fmt: skip
+    panels = [(name, shown) for name in across for shown in grouped(points, panel)]
     labels = [x_label] * len(panels) if isinstance(x_label, str) else list(x_label)
+    floors = grouped(points, above)
     figure = Figure(figsize=size)
-    drawn = figure.subplots(1, len(panels), sharey=True, squeeze=False)[0]
-    for axes, (name, shown, members), label in zip(drawn, panels, labels, strict=True):
-        if diagonal:
-            axes.plot([0, 100], [0, 100], color="#7f7f7f", linewidth=0.8, linestyle=":")
-        for line, own in grouped(members, title).items():
-            own = [row for row in own if value(row, y) is not None]
-            own.sort(key=lambda row: value(row, name))
-            if not own:
+    grid = figure.subplots(len(floors), len(panels), sharey=True, squeeze=False)
+    for drawn, (floor, own_rows) in zip(grid, floors.items(), strict=True):
+        by_panel = grouped(own_rows, panel)
+        for axes, (name, shown), label in zip(drawn, panels, labels, strict=True):
+            if diagonal:
+                axes.plot([0, 100], [0, 100], color="#7f7f7f", linewidth=0.8, linestyle=":")
+            members = by_panel.get(shown, [])
+            if not members:
+                axes.set_axis_off()
                 continue
-            seen = look_of(value(own[0], of or title), lines.index(line))
-            dashed = dashes.index(value(own[0], dash)) if dash else 0
-            drawn_as = _THIN if thin and value(own[0], thin) else {}
-            _draw(
-                axes, along(own, name, _scale("x", percent)), along(own, y, _scale("y", percent)),
-                marker=seen.marker, color=seen.colour, markerfacecolor=seen.face,
-                linestyle=_LINES[dashed % len(_LINES)], label=line,
-                **{**_STYLE, **style, **drawn_as},
-            )  # fmt: skip
-        axes.set(xscale="log" if "x" in log else "linear", yscale="log" if "y" in log else "linear")
-        axes.yaxis.set_major_formatter(PLAIN_TICKS)
-        if chosen(ticks, ("", "all", "apart"), "ticks"):
-            _tick(axes, {value(row, name) for row in points}, ticks)
-        axes.set_xlabel(label)
-        if shown:
-            axes.set_title(str(shown), fontsize=9.0)
-        axes.grid(visible=True, linewidth=0.4, alpha=0.6)
-    drawn[0].set_ylabel(y_label)
+            texts = _texts(members, name)
+            for line, own in grouped(members, title).items():
+                own = [row for row in own if value(row, y) is not None]
+                if not own:
+                    continue
+                own.sort(key=lambda row: _place(value(row, name), texts))
+                seen = look_of(value(own[0], of or title), lines.index(line))
+                dashed = dashes.index(value(own[0], dash)) if dash else 0
+                drawn_as = _THIN if thin and value(own[0], thin) else {}
+                _draw(
+                    axes, _across(own, name, texts, _scale("x", percent)),
+                    along(own, y, _scale("y", percent)),
+                    marker=seen.marker, color=seen.colour, markerfacecolor=seen.face,
+                    linestyle=_LINES[dashed % len(_LINES)], label=line,
+                    **{**_STYLE, **style, **drawn_as},
+                )  # fmt: skip
+            axes.set(xscale="log" if "x" in log else "linear")
+            axes.set(yscale="log" if "y" in log else "linear")
+            axes.yaxis.set_major_formatter(PLAIN_TICKS)
+            if texts:
+                axes.set_xticks(range(len(texts)), texts, rotation=30)
+            elif chosen(ticks, ("", "all", "apart"), "ticks"):
+                _tick(axes, {value(row, name) for row in points}, ticks)
+            axes.set_xlabel(label)
+            if shown or floor:
+                axes.set_title(": ".join(filter(None, map(str, (floor, shown)))), fontsize=9.0)
+            axes.grid(visible=True, linewidth=0.4, alpha=0.6)
+        drawn[0].set_ylabel(y_label)
+        if ends:
+            _name_ends(drawn[-1])
     if y_from is not None:
-        drawn[0].set_ylim(bottom=y_from)
-    legend(figure, "beside")
+        grid[0][0].set_ylim(bottom=y_from)
+    if ranks:
+        most = max(value(row, y) for row in points)
+        grid[0][0].set(ylim=(most + 0.5, 0.5), yticks=range(1, most + 1))
+    if len(floors) > 1:
+        figure.tight_layout()
+    if not ends:
+        legend(figure, "beside")
     return Chart(figure)
+
+
+def _texts(rows: Sequence[Any], name: str) -> list[str]:
+    """Texts that stand at x, in the order of the rows; none where x is a number."""
+    found = list(grouped(rows, name))
+    return found if all(isinstance(one, str) for one in found) else []
+
+
+def _place(x: Any, texts: Sequence[str]) -> Any:
+    return texts.index(x) if texts else x
+
+
+def _across(rows: Sequence[Any], name: str, texts: Sequence[str], scale: float) -> Along:
+    if texts:
+        return Along([float(texts.index(value(row, name))) for row in rows], None)
+    return along(rows, name, scale)
+
+
+def _name_ends(axes: Axes) -> None:
+    """Titles of lines at their ends; of lines that end together one below the other."""
+    ended: dict[float, int] = {}
+    for line in axes.lines:
+        x, y = map(float, np.asarray(line.get_xydata())[-1])
+        before = ended[y] = ended.get(y, -1) + 1
+        axes.annotate(
+            str(line.get_label()), (x, y), xytext=(8.0, -11.0 * before),
+            textcoords="offset points", va="center", fontsize=8, color=line.get_color(),
+            annotation_clip=False,
+        )  # fmt: skip
 
 
 def _draw(axes: Axes, places: Along, values: Along, **style: Any) -> None:

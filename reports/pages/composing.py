@@ -106,7 +106,7 @@ def page_environment(folder: Path, blocks: list[Block]) -> jinja2.Environment:
     """The filters, tests and functions of templates of pages.
 
     Args:
-        folder: of the templates.
+        folder: of the templates; they may include those of the folder above it.
         blocks: filled with the blocks of a page in the order in which its template places them.
     """
 
@@ -151,7 +151,7 @@ def page_environment(folder: Path, blocks: list[Block]) -> jinja2.Environment:
         return place
 
     environment = jinja2.Environment(  # noqa: S701 - Markdown is written, not HTML
-        loader=jinja2.FileSystemLoader(folder),
+        loader=jinja2.FileSystemLoader([folder, folder.parent]),
         trim_blocks=True,
         lstrip_blocks=True,
         undefined=jinja2.StrictUndefined,

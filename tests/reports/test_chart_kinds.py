@@ -145,6 +145,34 @@ def test_curves_are_the_points_of_a_title_in_order_of_x(lines, random):
     assert sorted(axes.get_xticks()) == sorted({row["n"] for row in rows})
 
 
+def test_ranks_over_texts_stand_in_lines_of_panels_and_titles_at_the_ends_of_lines():
+    rows = [
+        {"title": title, "rule": rule, "rank": rank, "by": by, "told": told}
+        for told, by, rules in (
+            ("no", "time", ("1 s", "label")), ("no", "limit", ("label", "5 cm")),
+            ("yes", "time", ("1 s", "label")),
+        )
+        for place, rule in enumerate(rules)
+        for title, rank in (("a", 1), ("b", 2 - place))
+    ]  # fmt: skip
+    figure = curves(
+        rows, "rule", "rank", panel="by", above="told", ranks=True, ends=True
+    ).figure  # fmt: skip
+    first, second, _, empty = figure.axes
+    assert [axes.get_title() for axes in figure.axes] == ["no: time", "no: limit", "yes: time", ""]
+    assert [[text.get_text() for text in axes.get_xticklabels()] for axes in figure.axes[:3]] == [
+        ["1 s", "label"], ["label", "5 cm"], ["1 s", "label"],
+    ]  # fmt: skip
+    assert [xy.tolist() for xy in line_data(second)] == [[[0, 1], [1, 1]], [[0, 2], [1, 1]]]
+    assert first.get_ylim() == (2.5, 0.5)
+    assert list(first.get_yticks()) == [1, 2]
+    assert not empty.axison
+    assert not first.texts
+    ends = [(text.get_text(), text.xy, text.get_position()[1]) for text in second.texts]
+    assert ends == [("a", (1.0, 1.0), 0.0), ("b", (1.0, 1.0), -11.0)]
+    assert second.get_legend() is None
+
+
 def test_curves_of_plain_numbers_have_no_intervals_and_skip_what_is_not_there():
     rows = [
         {"title": "a", "points": [{"n": 1, "ms": 2.0}, {"n": 2, "ms": None}, {"n": 3, "ms": 4.0}]},

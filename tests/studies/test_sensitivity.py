@@ -1,5 +1,6 @@
 """The study of rules: labels, accuracies and fates are those that are worked out by hand."""
 
+import dataclasses
 import math
 
 import pandas as pd
@@ -10,20 +11,15 @@ from steadyload.layouts.model.question import Question
 from steadyload.methods.registry import make_method
 from steadyload.methods.simulation.criteria import Criterion
 from steadyload.reports.pages.writing import write_page
+from steadyload.runs.failure_rules import LIMITS, RULES, TIMES, USUAL, Rule
 from steadyload.statistics.estimate import Estimate
-from steadyload.studies.sensitivity.page import sensitivity_page, what_survives
-from steadyload.studies.sensitivity.rules import LIMITS, RULES, TIMES, USUAL, Rule
-from steadyload.studies.sensitivity.study import METHODS, run_sensitivity
-from steadyload.studies.sensitivity.summary import (
-    CLAIMS,
-    Claim,
-    Fate,
-    Knowledge,
-    Sensitivity,
-)
+from steadyload.studies.kit import Lab
+from steadyload.studies.rankings import CLAIMS, METHODS, Fate, Knowledge, Rankings, claim
+from steadyload.studies.sensitivity.study import Sensitivity
 
 SIMULATION, RULE = "ps_opt@mujoco", "sme"
 FEW = 2
+STUDY = Sensitivity(methods=(RULE, SIMULATION), limit=FEW)
 
 
 def named(name):
@@ -36,8 +32,8 @@ def work(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def found(work) -> Sensitivity:
-    return run_sensitivity((RULE, SIMULATION), FEW, work, workers=0)
+def found(work) -> Rankings:
+    return STUDY.run(Lab(work, workers=0))
 
 
 # --- rules ----------------------------------------------------------------------------------------
@@ -121,45 +117,47 @@ def test_accuracies_are_counted_against_the_reference_under_the_same_rule(found)
             (Knowledge.NONE, SIMULATION),
             (Knowledge.TOLD, rule.given_to(SIMULATION)),
         ):
-            [ranking] = [r for r in found.by(knowledge) if r.rule is rule]
             right = sum(a == b for a, b in zip(steps(spec), labels, strict=True))
-            accuracy = ranking.of(SIMULATION).accuracy
-            assert accuracy.value == pytest.approx(right / len(layouts))
-            assert accuracy.n == len(layouts)
-            assert ranking.stable == pytest.approx(labels.count(None) / len(layouts))
-            usual = [None if pd.isna(x) else x for x in chosen["failing_step"]]
-            changed = sum(a != b for a, b in zip(labels, usual, strict=True))
-            assert ranking.changed == pytest.approx(changed / len(layouts))
+            [place] = [
+                place
+                for place in found.places
+                if (place.method.spec, place.rule, place.knowledge)
+                == (SIMULATION, rule.short, knowledge)
+            ]
+            assert place.accuracy.value == pytest.approx(right / len(layouts))
+            assert place.accuracy.n == len(layouts)
+        [under] = [one for one in found.rules if one.rule == rule.name]
+        assert under.stable == pytest.approx(labels.count(None) / len(layouts))
+        usual = [None if pd.isna(x) else x for x in chosen["failing_step"]]
+        changed = sum(a != b for a, b in zip(labels, usual, strict=True))
+        assert under.changed == pytest.approx(changed / len(layouts))
 
 
 def test_the_rules_part_on_these_cases(found):
     """Else the test before could not fail."""
-    assert any(ranking.changed for ranking in found.rankings)
-    accuracies = {r.of(SIMULATION).accuracy.value for r in found.by(Knowledge.NONE)}
-    assert len(accuracies) > 1
+    assert any(under.changed for under in found.rules)
+    assert len({p.accuracy.value for p in found.places if p.method.spec == SIMULATION}) > 1
 
 
 def test_the_most_accurate_is_first_and_equal_ones_share_a_rank(found):
-    for ranking in found.rankings:
-        first, second = ranking.places
+    for first, second in zip(found.places[::2], found.places[1::2], strict=True):
+        assert (first.rule, first.by, first.knowledge) == (second.rule, second.by, second.knowledge)
         if first.accuracy.value == second.accuracy.value:
             assert first.rank == second.rank == 1
         else:
-            best = max(ranking.places, key=lambda place: place.accuracy.value)
-            assert [p.rank for p in ranking.places if p is not best] == [2]
-            assert best.rank == 1
+            best, other = sorted((first, second), key=lambda place: -place.accuracy.value)
+            assert (best.rank, other.rank) == (1, 2)
 
 
 def test_a_second_run_judges_nothing(found, work):
     before = {path: path.stat().st_mtime_ns for path in work.rglob("results/*.parquet")}
     assert before
-    again = run_sensitivity((RULE, SIMULATION), FEW, work, workers=0)
-    assert again.rankings == found.rankings
+    assert STUDY.run(Lab(work, workers=0)) == found
     assert {path: path.stat().st_mtime_ns for path in work.rglob("results/*.parquet")} == before
 
 
 def test_the_page_names_every_rule_and_says_how_many(found, tmp_path):
-    text = write_page(sensitivity_page(found), tmp_path).read_text()
+    text = write_page(STUDY.page(found), tmp_path).read_text()
     for rule in RULES:
         assert f"| {rule.name} " in text
     assert "All on 6 cases of" in text
@@ -169,12 +167,12 @@ def test_the_page_names_every_rule_and_says_how_many(found, tmp_path):
 # --- fates ----------------------------------------------------------------------------------------
 
 
-def claim(text, knowledge, *intervals):
+def claimed(text, knowledge, *intervals):
     differences = {
-        rule.name: Estimate(0.5 * (low + high), low, high, 9)
+        rule.short: Estimate(0.5 * (low + high), low, high, 9)
         for rule, (low, high) in zip(RULES, intervals, strict=False)
     }
-    return Claim(text, knowledge, differences)
+    return claim(text, knowledge, differences)
 
 
 ABOVE, BELOW, ACROSS = (0.1, 0.2), (-0.2, -0.1), (-0.1, 0.1)
@@ -191,20 +189,20 @@ ABOVE, BELOW, ACROSS = (0.1, 0.2), (-0.2, -0.1), (-0.1, 0.1)
     ],
 )
 def test_a_conclusion_survives_where_no_interval_reaches_zero(intervals, fate):
-    assert claim("A.", Knowledge.TOLD, *intervals).fate is fate
+    assert claimed("A.", Knowledge.TOLD, *intervals).fate is fate
 
 
 def test_the_sentence_names_what_survives_and_what_is_turned_round(found):
     told, standing = Knowledge.TOLD, Knowledge.NONE
     claims = (
-        claim("A is better.", told, ABOVE, ABOVE),
-        claim("A is better.", standing, ABOVE, ABOVE),
-        claim("B is better.", told, ABOVE, ABOVE),
-        claim("B is better.", standing, ABOVE, BELOW),
-        claim("C is better.", told, BELOW, ABOVE),
-        claim("C is better.", standing, ACROSS, ABOVE),
+        claimed("A is better.", told, ABOVE, ABOVE),
+        claimed("A is better.", standing, ABOVE, ABOVE),
+        claimed("B is better.", told, ABOVE, ABOVE),
+        claimed("B is better.", standing, ABOVE, BELOW),
+        claimed("C is better.", told, BELOW, ABOVE),
+        claimed("C is better.", standing, ACROSS, ABOVE),
     )
-    text = what_survives(Sensitivity(found.rankings, claims, 9, 3, {}, {}))
+    text = STUDY.page(dataclasses.replace(found, claims=claims)).summary
     kept, loose, tight = text.split("Turned round")
     kept, where_told = kept.split("Where methods are told the rule")
     assert "Of 3 conclusions" in kept
@@ -213,14 +211,14 @@ def test_the_sentence_names_what_survives_and_what_is_turned_round(found):
     assert "C is better" not in kept
     assert "1 more holds: B is better" in where_told
     second = RULES[1]
-    assert "B is better (label)" in loose if second is USUAL else second.name in loose
-    assert f"C is better ({RULES[0].name})" in tight
+    assert f"B is better ({second.short})" in loose
+    assert f"C is better ({RULES[0].short})" in tight
     assert "Open are 1 where methods are not told the rule, and 0 where they are" in text
     more = (
-        claim("D is better.", told, ACROSS, ABOVE),
-        claim("D is better.", standing, ACROSS, ABOVE),
+        claimed("D is better.", told, ACROSS, ABOVE),
+        claimed("D is better.", standing, ACROSS, ABOVE),
     )
-    text = what_survives(Sensitivity(found.rankings, (*claims, *more), 9, 3, {}, {}))
+    text = STUDY.page(dataclasses.replace(found, claims=(*claims, *more))).summary
     assert "Open are 2 where methods are not told the rule, and 1 where they are" in text
 
 

@@ -9,6 +9,7 @@ from template_names import faults_of, wrong_names
 
 from steadyload.reports.columns import column, row
 from steadyload.reports.pages.composing import page_environment
+from steadyload.studies.rankings import Rankings
 from steadyload.studies.registry import STUDIES, study
 
 ROOT = Path(__file__).parents[2]
@@ -19,6 +20,16 @@ def test_a_template_names_what_there_is(template):
     name = template.parent.name
     assert name in STUDIES, "a template stands beside the class of a registered study"
     assert faults_of(study(name), page_environment) == []
+
+
+INCLUDED = {"conclusions.md.j2": Rankings, "ranks.md.j2": Rankings}
+"""Parts of pages of several studies -> what they call ``found``."""
+
+
+@pytest.mark.parametrize("template", sorted((ROOT / "harness/studies").glob("*.md.j2")), ids=str)
+def test_a_part_of_several_pages_names_what_there_is(template):
+    environment = page_environment(template.parent, [])
+    assert wrong_names(template.read_text(), environment, found=INCLUDED[template.name]) == []
 
 
 @row

@@ -83,7 +83,8 @@ class Table5(Study[Table5Config, Any]):
         progress: NamedProgress = silent,
     ) -> Any:
         """The summary of the run, judged over processes and timed in one; also writes the front."""
-        from steadyload.studies.sensitivity.config import Sensitivity, SensitivityConfig
+        from steadyload.studies.kit import Lab
+        from steadyload.studies.rankings import ranked
         from steadyload.studies.table5.study import judge_table5, time_table5
         from steadyload.studies.table5.summary import summarise, write_timed_front
 
@@ -93,10 +94,8 @@ class Table5(Study[Table5Config, Any]):
         found = summarise(asked, spatial, planar)
         write_timed_front(found, work)
         if config.rules and config.question == "within":
-            rules = Sensitivity().run(
-                SensitivityConfig(config.methods, config.rules, config.directory), work / "rules",
-                workers=workers, progress=progress,
-            )  # fmt: skip
+            lab = Lab(work / "rules", workers, progress)
+            rules = ranked(lab, config.methods, config.rules, config.directory)
             found = dataclasses.replace(found, rules=rules)
         return found
 

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from steadyload.layouts.model.question import Question
+from steadyload.reports.pages.composing import composed
 from steadyload.reports.pages.page import Page, Section
 from steadyload.reports.table import counts, factor, markdown_table, milliseconds, names, percent
 from steadyload.runs.evaluation import ALL, MethodEvaluation
 from steadyload.studies.agreement_section import agreement_picture
 from steadyload.studies.method_sections import best_in_words, cheapest_near
-from steadyload.studies.sensitivity.page import ranks_section, what_survives
 from steadyload.studies.table5.accuracy_sections import (
     accuracy_and_cost,
     by_class,
@@ -64,11 +66,12 @@ def table5_page(found: Table5) -> Page:
             )
         ],
     )
+    rules = _under_rules(found)
     sections = [
-        _found(found),
+        _found(found, rules),
         accuracy_and_cost(found),
         *([by_class(own)] if own.classes else []),
-        *([ranks_section(found.rules)] if found.rules is not None else []),
+        *rules.sections,
         errors_and_costs(own),
         *([significantly_different(own), what_the_engine_changes(own)] if tested else []),
         *([noise_of_labels(own, ceiling)] if ceiling is not None else []),
@@ -111,11 +114,11 @@ def _without(own: JudgedSet) -> str:
     return f" Without a label of this question, and not counted: {counts(own.without_label)}."
 
 
-def _found(found: Table5) -> Section:
+def _found(found: Table5, rules: Page) -> Section:
     own = found.spatial
     rows = [
-        _best(own), *_cheap(own), *_by_class(own), *_rules(found), _errors(own), *_spread(own),
-        *_labels(found), *_order(found),
+        _best(own), *_cheap(own), *_by_class(own), *_rules(found, rules), _errors(own),
+        *_spread(own), *_labels(found), *_order(found),
     ]  # fmt: skip
     table = markdown_table(("question", "answer", "n"), rows, left=2)
     return Section("What was found", "", [table])
@@ -225,12 +228,18 @@ def _labels(found: Table5) -> list[Finding]:
     return [("How much do the labels allow?", answer, str(found.spatial.about.cases))]
 
 
-def _rules(found: Table5) -> list[Finding]:
+def _rules(found: Table5, rules: Page) -> list[Finding]:
     if found.rules is None:
         return []
     question = "Which conclusions survive other rules for the label?"
-    answer = f"{what_survives(found.rules)} On more cases: [sensitivity](../sensitivity/report.md)."
-    return [(question, answer, str(found.rules.cases))]
+    return [(question, rules.summary, str(found.rules.cases))]
+
+
+def _under_rules(found: Table5) -> Page:
+    """Conclusions under other rules, and the section of ranks; empty where these were not asked."""
+    if found.rules is None:
+        return Page("", "", [], {})
+    return composed(Path(__file__).with_name("rules.md.j2"), {"found": found.rules}, {})
 
 
 def _order(found: Table5) -> list[Finding]:

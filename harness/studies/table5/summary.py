@@ -41,7 +41,7 @@ from steadyload.runs.paper import Paper, paper
 from steadyload.runs.results import LAYOUTS_FILE, kept_file
 from steadyload.statistics.error_costs import CheapestRange, cheapest_by_ratio
 from steadyload.statistics.estimate import Estimate
-from steadyload.studies.sensitivity.summary import Sensitivity
+from steadyload.studies.rankings import Rankings
 from steadyload.studies.table5.error_places import (
     ClassBin,
     MarginBin,
@@ -182,7 +182,7 @@ class Table5:
     ceiling: Ceiling | None
     same_order: tuple[int, int]
     manifest: Mapping[str, str]
-    rules: Sensitivity | None = None
+    rules: Rankings | None = None
 
 
 def summarise(asked: Table5Options, spatial: Ran, planar: Ran | None) -> Table5:
