@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, TypeVar, get_type_hints
 
 from steadyload.cli.config_file import FIELD, config_option
-from steadyload.cli.terminal import resumable, study_progress
+from steadyload.cli.terminal import resumable, say, study_progress
 from steadyload.config import option
 from steadyload.studies.kit import Lab
 from steadyload.studies.registry import AnyStudy
@@ -57,10 +57,10 @@ def study_command(study: AnyStudy) -> type[Any]:
     def check(command: Any) -> None:
         configuration(config, command)
 
-    def run(command: Any) -> None:
+    def run(command: Any) -> int:
         work = command.work if study.resumable else command.output
         workers = command.workers if study.workers is not None else 1
-        write(study, configuration(config, command), work, command.output or work, workers)
+        return write(study, configuration(config, command), work, command.output or work, workers)
 
     return dataclasses.make_dataclass(
         study.name, fields, namespace={"__post_init__": check, "run": run},
@@ -90,8 +90,8 @@ def _places(study: AnyStudy) -> Iterator[tuple[str, Any, Any]]:
         yield "workers", int, workers_option(study.workers)
 
 
-def write(study: AnyStudy, config: Any, work: Path, output: Path, workers: int) -> None:
-    """Run a study, write its page, and print the path of that.
+def write(study: AnyStudy, config: Any, work: Path, output: Path, workers: int) -> int:
+    """Run a study, write its page, and print the path of that; the exit status.
 
     Args:
         study: in either form.
@@ -110,4 +110,11 @@ def write(study: AnyStudy, config: Any, work: Path, output: Path, workers: int) 
             found = config.run(Lab(work, workers, progress))
         else:
             found = study.run(config, work, workers=workers, progress=progress)
-    print(write_page(config.page(found) if isinstance(study, type) else study.page(found), output))
+    if not isinstance(study, type):
+        print(write_page(study.page(found), output))
+        return 0
+    config.beside(found, output)
+    print(write_page(config.page(found), output))
+    for remark in config.remarks(found):
+        say(remark)
+    return int(config.status(found))

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import inspect
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar, Generic, Protocol, TypeVar, dataclass_transform
@@ -184,6 +184,17 @@ class Study(ABC, Generic[F]):
     @abstractmethod
     def run(self, lab: Lab) -> F:
         """The results; an interrupted run goes on in the lab's folder."""
+
+    def beside(self, found: F, folder: Path) -> None:
+        """Write files into the folder of the page, to which it links; by default none."""
+
+    def remarks(self, found: F) -> Iterable[str]:
+        """Sentences that the command prints after the path of the page."""
+        return ()
+
+    def status(self, found: F) -> int:
+        """Exit status of the command."""
+        return 0
 
     def page(self, found: F) -> Page:
         """The page of results, made of the template beside its module.

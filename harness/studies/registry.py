@@ -39,7 +39,7 @@ STUDIES: dict[str, str] = {
     "closed_forms": "steadyload.studies.closed_forms.config:STUDY",
     "convergence": "steadyload.studies.convergence.config:STUDY",
     "extremes": "steadyload.studies.extremes.config:STUDY",
-    "properties": "steadyload.studies.properties.config:STUDY",
+    "properties": "steadyload.studies.properties.study:Properties",
     "benchmark": "steadyload.studies.benchmark.config:STUDY",
     "transport": "steadyload.studies.transport.config:STUDY",
     "packers": "steadyload.studies.packers.study:Packers",

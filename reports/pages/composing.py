@@ -44,7 +44,10 @@ FORMS: Mapping[str, Callable[..., str]] = {
 """Filters of templates: how a value reads."""
 
 _BLOCK = re.compile("\ue000([0-9]+)\ue001")
-_RESERVED = re.compile("[\ue000\ue001]")
+_END_OF_LINE = "\ue002"
+"""Stands for the end of a line that is not joined with the next one."""
+
+_RESERVED = re.compile("[\ue000-\ue002]")
 _WRAPPED = re.compile(r"(?<=\S)\n *(?![-*+] |\d+[.)] |[#|>\n\ue000]|```)")
 
 
@@ -53,13 +56,14 @@ class TemplateError(UserError):
 
 
 class _Place(str):
-    """Text in the place of a block."""
+    """Text in the place of a block, or with places of its own."""
 
 
 def composed(template: Path, values: Mapping[str, Any], made_with: Mapping[str, str]) -> Page:
     """The page of a template.
 
-    The text before the first section is the title and the summary. Lines of a paragraph are joined.
+    The text before the first section is the title and the summary. Lines of a paragraph are joined,
+    but for those of a value that is given through ``verbatim``.
     In a template stand, each where its block is to be, and with the caption as the body of its
     ``call`` block:
 
@@ -158,6 +162,7 @@ def page_environment(folder: Path, blocks: list[Block]) -> jinja2.Environment:
         finalize=_said,
     )
     environment.filters |= FORMS
+    environment.filters["verbatim"] = lambda text: _Place(text.replace("\n", _END_OF_LINE))
     environment.tests["known"] = lambda value: value is not None and not math.isnan(value)
     environment.globals |= {kind: drawing(draw) for kind, draw in KINDS.items()}
     environment.globals |= {"table": tabulated, "figure": chart}
@@ -180,4 +185,4 @@ def _flowing(text: str) -> str:
     """Text without empty lines at its ends, or more than one between, and a line a paragraph."""
     parts = re.split(r"(^```.*?^```$)", text.strip(), flags=re.M | re.S)  # code stays as it is
     parts[::2] = [re.sub(r"\n{3,}", "\n\n", _WRAPPED.sub(" ", part)) for part in parts[::2]]
-    return "".join(parts)
+    return "".join(parts).replace(_END_OF_LINE, "\n")

@@ -9,7 +9,7 @@ from steadyload.properties.findings import MOST_PER_ENGINE, finding, known_findi
 from steadyload.properties.property import MethodUnderTest, Violation
 from steadyload.properties.registry import PROPERTIES
 from steadyload.properties.search import PROFILES, search
-from steadyload.studies.properties.study import methods_on
+from steadyload.studies.properties.testing import methods_on
 
 FEWEST = 8
 """Examples of every pair where it must be quick."""

@@ -24,21 +24,34 @@ from steadyload.properties.strategies import layouts
 from steadyload.reports.pages.page import Page
 from steadyload.reports.pages.writing import write_page
 from steadyload.runs.definition import load_study
+from steadyload.runs.pool import IN_THIS_PROCESS
 from steadyload.runs.runner import run_study
 from steadyload.runs.store import Store
 from steadyload.studies.comparison.page import study_page
 from steadyload.studies.comparison.summary import compare
-from steadyload.studies.properties.page import properties_page, property_sections
-from steadyload.studies.properties.study import (
+from steadyload.studies.kit import Lab
+from steadyload.studies.properties.outcomes import Standing
+from steadyload.studies.properties.study import Properties
+from steadyload.studies.properties.testing import (
     OUTCOMES,
     PropertyStudy,
-    Standing,
-    made_with,
     methods_on,
     run_properties,
 )
+from steadyload.studies.study import silent
 
 pytestmark = pytest.mark.usefixtures("file_in_this_process")
+
+
+def run(asked, work, progress=silent):
+    return run_properties(Lab(work, IN_THIS_PROCESS, progress), asked)
+
+
+def written(found, folder):
+    """The text of the page."""
+    study = Properties()
+    study.beside(found, folder)
+    return write_page(study.page(found), folder).read_text()
 
 
 def below_three(tested, case):
@@ -162,21 +175,21 @@ def test_what_a_method_refuses_is_not_asked(planted, tmp_path):
 
 def test_the_page_counts_apart_what_was_refused(planted, tmp_path, undrawn):
     asked = PropertyStudy((planted(RefusesMany), "fbs"), tuple(chosen(["score"])), 40)
-    table = run_properties(asked, tmp_path)
+    table = run(asked, tmp_path)
     row, other = table.rows
     assert row.standing is Standing.HOLDS
     assert row.refused == 40 - row.asked > 0
     assert other.refused == 0
-    page = write_page(properties_page(table, {}), tmp_path).read_text()
+    page = written(table, tmp_path)
     assert f"| holds {row.asked}/40, {row.refused} refused |" in page
     assert "|             holds 40/40 |" in page
     assert f"| {row.refused} of 40 |" in page
     assert f"Not asked, and no violation: {row.refused} cases outside the range" in page
     # Kept and read again as it was.
-    assert run_properties(asked, tmp_path).rows == table.rows
-    table = run_properties(PropertyStudy((planted(RefusesAll),), asked.properties, 7), tmp_path)
+    assert run(asked, tmp_path).rows == table.rows
+    table = run(PropertyStudy((planted(RefusesAll),), asked.properties, 7), tmp_path)
     assert table.rows[0].standing is Standing.NOT_ASKED
-    page = write_page(properties_page(table, {}), tmp_path).read_text()
+    page = written(table, tmp_path)
     assert "| -, 7 refused |" in page
     assert "violated: 0," in page
 
@@ -192,11 +205,11 @@ class RefusesNearlyAll(FullBaseSupport):
 
 def test_too_few_cases_are_not_said_to_hold(planted, tmp_path, undrawn):
     asked = PropertyStudy((planted(RefusesNearlyAll),), tuple(chosen(["score"])), 60)
-    table = run_properties(asked, tmp_path)
+    table = run(asked, tmp_path)
     [row] = table.rows
     assert 0 < row.asked < 6
     assert row.standing is Standing.TOO_FEW
-    page = write_page(properties_page(table, {}), tmp_path).read_text()
+    page = written(table, tmp_path)
     assert "pairs that hold: 0," in page
     assert "with too few cases to say: 1," in page
     assert f"| too few {row.asked}/60, {row.refused} refused |" in page
@@ -229,12 +242,12 @@ def test_the_frequency_of_violations_is_that_among_all_cases(tmp_path, monkeypat
     monkeypatch.setitem(registry.PROPERTIES, "x", asked)
     study = PropertyStudy(("fbs",), (asked,), 80, seed=4)
     for _ in range(2):
-        table = run_properties(study, tmp_path)
+        table = run(study, tmp_path)
         [row] = table.rows
         assert row.share.value == found.violated / found.tested
         assert row.share.low < row.share.value < row.share.high
         assert row.steps == found.steps
-    page = write_page(properties_page(table, {}), tmp_path).read_text()
+    page = written(table, tmp_path)
     percentage = f"{100 * found.violated / found.tested:.1f} ["
     shown = rf"\| x +\| FBS +\| violated +\| +{found.tested} \| +{re.escape(percentage)}"
     assert re.search(shown, page)
@@ -242,13 +255,13 @@ def test_the_frequency_of_violations_is_that_among_all_cases(tmp_path, monkeypat
 
 def test_the_command_says_how_much_was_refused(planted, tmp_path, capsys, undrawn):
     arguments = ["properties", "-m", planted(RefusesAll), "--property", "far item"]
-    assert main([*arguments, "--examples", "3", "-j", "1", "-o", str(tmp_path)]) == 0
+    assert main([*arguments, "--examples", "3", "-j", "1", "--work", str(tmp_path)]) == 0
     said = capsys.readouterr().err
     assert "planted: not asked on 3 of 3 cases, which lie outside its range" in said
 
 
 def test_learners_and_cascades_are_asked_without_a_refusal(tmp_path, capsys, undrawn):
-    arguments = ["properties", "--examples", "3", "--seed", "1", "-j", "1", "-o", str(tmp_path)]
+    arguments = ["properties", "--examples", "3", "--seed", "1", "-j", "1", "--work", str(tmp_path)]
     for spec in ("lstm_1", "lstm_e:question=stands", "cascade@bullet", "settling"):
         arguments += ["-m", spec]
     assert main(arguments) in (0, 1)
@@ -267,7 +280,7 @@ def test_a_cascade_is_asked_like_any_method(tmp_path, undrawn):
     arguments = ["properties", "-m", "cascade@mujoco", "--examples", "2", "-j", "1"]
     for name in ("score", "past the edge", "free fall", "sliding", "energy"):
         arguments += ["--property", name]
-    assert main([*arguments, "-o", str(tmp_path)]) == 0
+    assert main([*arguments, "--work", str(tmp_path)]) == 0
     page = (tmp_path / "report.md").read_text()
     assert "pairs that hold: 2, declared findings: 0, violated: 0," in page
     assert page.startswith(
@@ -297,35 +310,37 @@ def study(*methods, examples=40):
 
 
 def test_a_run_keeps_what_is_done_and_gives_the_same_again(tmp_path, few_items, undrawn):
-    first = run_properties(study("fbs", "sme"), tmp_path)
+    first = run(study("fbs", "sme"), tmp_path)
     files = {p: p.stat().st_mtime_ns for p in (tmp_path / "results").iterdir()}
     assert len([p for p in files if p.suffix == ".json"]) == 4
     counts = []
-    again = run_properties(
-        study("fbs", "sme"), tmp_path, progress=lambda done, total: counts.append((done, total))
+    again = run(
+        study("fbs", "sme"),
+        tmp_path,
+        progress=lambda what, done=0, total=0: counts.append((done, total)),
     )
     assert counts == [(4, 4)]
     assert {p: p.stat().st_mtime_ns for p in (tmp_path / "results").iterdir()} == files
-    write_page(properties_page(first, {}), tmp_path / "a")
-    write_page(properties_page(again, {}), tmp_path / "b")
+    written(first, tmp_path / "a")
+    written(again, tmp_path / "b")
     assert (tmp_path / "a/report.md").read_bytes() == (tmp_path / "b/report.md").read_bytes()
 
 
 def test_a_damaged_result_is_asked_anew(tmp_path):
     asked = PropertyStudy(("fbs",), tuple(chosen(["score"])), 5)
-    first = run_properties(asked, tmp_path)
+    first = run(asked, tmp_path)
     (file,) = (tmp_path / "results").glob("*.json")
     whole = file.read_bytes()
     for damaged in (b"", whole[:20]):
         file.write_bytes(damaged)
-        assert run_properties(asked, tmp_path).rows == first.rows
+        assert run(asked, tmp_path).rows == first.rows
         assert file.read_bytes() == whole
 
 
 def test_the_page_shows_a_counterexample_as_table_picture_and_file(tmp_path, few_items):
     asked = study("fbs")
-    found = run_properties(asked, tmp_path)
-    page = write_page(properties_page(found, made_with(asked)), tmp_path).read_text()
+    found = run(asked, tmp_path)
+    page = written(found, tmp_path)
     assert "| FBS    | **violated** " in page
     assert "| score     |" in page
     assert (
@@ -345,16 +360,16 @@ def test_the_page_shows_a_counterexample_as_table_picture_and_file(tmp_path, few
 
 def test_a_method_spelt_in_two_ways_is_asked_once(tmp_path):
     asked = PropertyStudy(("pbs:alpha=0.6", "pbs:alpha=0.60"), tuple(chosen(["score"])), 3)
-    table = run_properties(asked, tmp_path)
+    table = run(asked, tmp_path)
     assert len(table.methods) == len(table.rows) == 1
 
 
 def test_specs_that_differ_in_punctuation_keep_files_of_their_own(tmp_path, few_items, undrawn):
     specs = [f"label@mujoco:eps_t={value}" for value in ("1e-16", "1e+16")]
     asked = PropertyStudy(tuple(specs), tuple(chosen(["few items"])), 40, seed=3)
-    found = run_properties(asked, tmp_path)
+    found = run(asked, tmp_path)
     assert len({row.smallest.file for row in found.rows}) == 2
-    write_page(properties_page(found, {}), tmp_path)
+    written(found, tmp_path)
     assert len(list((tmp_path / "counterexamples").iterdir())) == 2
     assert len(list((tmp_path / "figures").iterdir())) == 2
 
@@ -362,7 +377,7 @@ def test_specs_that_differ_in_punctuation_keep_files_of_their_own(tmp_path, few_
 def test_a_run_that_would_ask_nothing_is_an_error(tmp_path):
     asked = PropertyStudy(("fbs", "sme"), tuple(chosen(["energy"])), 3)
     with pytest.raises(PropertyError, match="'energy': asked of none of fbs, sme"):
-        run_properties(asked, tmp_path / "runs")
+        run(asked, tmp_path / "runs")
     assert not (tmp_path / "runs").exists()
 
 
@@ -375,7 +390,7 @@ def test_an_engine_from_elsewhere_is_asked_anew_when_its_code_changes(tmp_path, 
     asked = PropertyStudy(("label@elsewhere",), tuple(chosen(["free fall"])), 2)
     for changed in range(2):
         (tmp_path / "elsewhere.py").write_text(code + "# changed\n" * changed)
-        run_properties(asked, tmp_path / "runs")
+        run(asked, tmp_path / "runs")
     assert len(list((tmp_path / "runs/results").glob("*.json"))) == 2
 
 
@@ -385,30 +400,29 @@ def test_a_declared_finding_is_no_violation_and_shows_even_when_missed(
     smallest = search(FEW_ITEMS, MethodUnderTest("fbs"), examples=200, seed=1).counterexample
     declared = KnownFinding("few items", "fbs", smallest.found, "They are drawn.", smallest.case)
     monkeypatch.setattr(findings, "known_findings", lambda: (declared,))
-    found = run_properties(study("fbs", examples=1), tmp_path)
+    found = run(study("fbs", examples=1), tmp_path)
     (row,) = [row for row in found.rows if row.property == "few items"]
     assert row.standing is Standing.FINDING
     assert row.smallest.found == "3 items"
-    page = write_page(properties_page(found, {}), tmp_path).read_text()
+    page = written(found, tmp_path)
     assert "They are drawn." in page
     assert "violated: 0," in page
 
 
 def test_properties_static_baselines_and_accuracies_stand_on_one_page(tmp_path, undrawn):
-    run_properties(
-        PropertyStudy(("fbs", "sme"), tuple(chosen(["tower", "mirror"])), 10), tmp_path / "p"
-    )
+    run(PropertyStudy(("fbs", "sme"), tuple(chosen(["tower", "mirror"])), 10), tmp_path / "p")
     asked = PropertyStudy(("fbs", "sme"), tuple(chosen(["tower", "mirror"])), 10)
-    table = run_properties(asked, tmp_path / "p")
+    table = run(asked, tmp_path / "p")
     definition = tmp_path / "study.toml"
     definition.write_text(
         'name = "both"\nbenchmark = "test-300"\nlimit = 6\nmethods = ["fbs", "sme"]\n'
     )
     run_study(load_study(definition), tmp_path / "s")
+    tested = Properties().page(table)
     accuracies = study_page(compare(tmp_path / "s"))
     page = Page(
-        "Baselines", accuracies.summary, [*accuracies.sections, *property_sections(table)],
-        accuracies.manifest | made_with(asked),
+        "Baselines", accuracies.summary, [*accuracies.sections, *tested.sections],
+        accuracies.manifest | tested.manifest,
     )  # fmt: skip
     text = write_page(page, tmp_path / "page").read_text()
     assert "## Properties and methods" in text
@@ -422,20 +436,20 @@ def test_names_that_are_not_there_are_named_errors(tmp_path, capsys):
         chosen(["miror"])
     with pytest.raises(PropertyError, match="unknown engine 'bulet'"):
         methods_on(["bulet"])
-    assert main(["properties", "--engine", "bulet", "-o", str(tmp_path)]) == 2
+    assert main(["properties", "--engine", "bulet", "--work", str(tmp_path)]) == 2
     assert "unknown engine 'bulet'" in capsys.readouterr().err
-    assert main(["properties", "--method", "fsb", "-o", str(tmp_path)]) == 2
+    assert main(["properties", "--method", "fsb", "--work", str(tmp_path)]) == 2
     assert "unknown method 'fsb'" in capsys.readouterr().err
 
 
 def test_the_command_writes_a_page_and_says_what_is_violated(tmp_path, capsys, undrawn):
     arguments = ["properties", "--examples", "40", "--seed", "1", "-j", "1"]
     arguments += ["--property", "past the edge"]
-    assert main([*arguments, "-m", "label@mujoco", "-o", str(tmp_path / "held")]) == 0
+    assert main([*arguments, "-m", "label@mujoco", "--work", str(tmp_path / "held")]) == 0
     assert "holds" in (tmp_path / "held/report.md").read_text()
     capsys.readouterr()
     damped = "label@bullet:linear_damping=0.999999,angular_damping=0.999999"
-    assert main([*arguments, "-m", damped, "-o", str(tmp_path / "not")]) == 1
+    assert main([*arguments, "-m", damped, "--work", str(tmp_path / "not")]) == 1
     assert f"past the edge, {damped}: stable; expected: fails at step 1" in capsys.readouterr().err
     (file,) = (tmp_path / "not/results").glob("*.json")
     assert json.loads(file.read_text())["failure"]["found"].startswith("stable")
@@ -443,12 +457,12 @@ def test_the_command_writes_a_page_and_says_what_is_violated(tmp_path, capsys, u
 
 def test_an_engine_that_ends_its_process_is_a_violation_with_its_reason(tmp_path, undrawn):
     asked = PropertyStudy(("fbs",), tuple(chosen(["score"])), 5)
-    run_properties(asked, tmp_path)
+    run(asked, tmp_path)
     store = Store(tmp_path / "results", OUTCOMES)
     [key] = store.keys()
     crashed = dataclasses.replace(store.read(key), asked=0, crashed="ended by SIGABRT")
     store.write(key, [crashed])
-    (row,) = run_properties(asked, tmp_path).rows
+    (row,) = run(asked, tmp_path).rows
     assert row.standing is Standing.VIOLATED
-    page = write_page(properties_page(run_properties(asked, tmp_path), {}), tmp_path).read_text()
+    page = written(run(asked, tmp_path), tmp_path)
     assert "No answer: ended by SIGABRT." in page

@@ -106,6 +106,20 @@ def test_a_value_takes_the_place_of_no_block(made, value):
     assert isinstance(placed, Table)
 
 
+def test_lines_of_a_value_stay_apart_where_it_is_verbatim(made):
+    text = "# Page\n\n## One\n\nIt says\n{{ why|verbatim }}\nand\nends."
+    [section] = made(text, why="two\nlines\n## no heading").sections
+    assert section.blocks == ["It says two\nlines\n## no heading and ends."]
+
+
+def test_a_template_includes_those_of_the_folder_above(tmp_path):
+    (tmp_path / "page").mkdir()
+    (tmp_path / "shared.md.j2").write_text("## {{ title }}\nText.")
+    (tmp_path / "page/page.md.j2").write_text("# Page\n\n{% include 'shared.md.j2' %}")
+    page = composed(tmp_path / "page/page.md.j2", {"title": "One"}, {})
+    assert [(one.title, one.blocks) for one in page.sections] == [("One", ["Text."])]
+
+
 def test_what_is_not_there_is_an_error(made):
     for text in ("{{ found.x }}", "{{ found.x.y }}", "{{ nothing }}", "{{ 'a' if no }}"):
         with pytest.raises(TemplateError, match=r"page\.md\.j2, line 1: "):

@@ -43,7 +43,7 @@ from steadyload.studies.learned import judged
 from steadyload.studies.learned.batches import BatchUnit
 from steadyload.studies.learned.judged import JudgedPart
 from steadyload.studies.precision.sizes import SizeUnit
-from steadyload.studies.properties import study as properties
+from steadyload.studies.properties import testing as properties
 from steadyload.studies.replication import networks
 from steadyload.studies.replication.splits import SplitKind
 from steadyload.studies.scale.measuring import Size
@@ -283,7 +283,7 @@ OTHERS = {"uncertainty": "position=3mm", "half_width": 0.1, "decide": 0.25, "mos
 MADE_WITH_KEY = {
     "units.Unit": study_cases,
     "generation.ListUnit": item_lists,
-    "study._Unit": property_units,
+    "testing._Unit": property_units,
     "networks.NetworkTraining": network_trainings,
 }
 """Units that are made with their key: a first one, and others with one thing changed."""
@@ -426,7 +426,7 @@ def differs(one, other, field):
 
 CONSTANTS = {
     "units.Unit": [(units, "SCHEMA_VERSION")],
-    "study._Unit": [(properties, "VERSION")],
+    "testing._Unit": [(properties, "VERSION")],
     "networks.NetworkTraining": [(networks, "VERSION")],
 }
 """What a key holds besides the fields of its unit."""

@@ -1,359 +1,86 @@
-"""Properties x methods: tested over processes, stored in files, resumable.
-
-A folder holds ``results/*.json``, a :class:`steadyload.runs.store.Store` with a shard for every
-property and method. ``counterexamples/*.json`` beside the page are layout files like any other.
-"""
+"""Properties that must hold of every method, tested on random layouts."""
 
 from __future__ import annotations
 
-import dataclasses
-import json
-import re
-import zlib
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from enum import StrEnum
-from importlib import metadata, resources
+import importlib.util
+from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import numpy as np
+from steadyload.studies.kit import Lab, PublishedPage, Study, methods_option, option
 
-from steadyload.atomic import not_a_link, without_link
-from steadyload.engines.registry import engine_names, engines, package_versions
-from steadyload.errors import nearest
-from steadyload.layouts.files.record import Record, to_layout
-from steadyload.layouts.formats import Format, write_layouts
-from steadyload.layouts.model.layout import Layout
-from steadyload.layouts.readers import read_json
-from steadyload.layouts.writers import as_native
-from steadyload.methods.envelope import ENVELOPES
-from steadyload.methods.naming import MethodKey, method_key
-from steadyload.methods.tuned import TUNED, tuned
-from steadyload.progress import Progress
-from steadyload.properties import PropertyError
-from steadyload.properties.findings import finding
-from steadyload.properties.property import Case, MethodUnderTest, Property
-from steadyload.properties.registry import PROPERTIES, by_kind
-from steadyload.properties.search import VERSION, Counterexample, Frequency, PropertyResult, search
-from steadyload.runs.pool import IN_THIS_PROCESS, SinglePart
-from steadyload.runs.provenance import key_of, made_by, provenance_lines
-from steadyload.runs.store import Codec, Store, locked
-from steadyload.statistics.estimate import Estimate
-from steadyload.statistics.metrics import share
+if TYPE_CHECKING:
+    from steadyload.studies.properties.outcomes import Found
 
-STATIC_METHODS = (
-    "fbs",
-    "pbs",
-    "sme",
-    "equilibrium",
-    "equilibrium:sides=frictionless",
-    "equilibrium:sides=friction",
-    "equilibrium:time=0.3",
-    "settling",
-)
-
-FITTED_METHODS = ("lstm_1", "lstm_e", "cascade@mujoco")
-"""Methods that were trained or fitted on labels, which the default tests beside all others."""
-
-_READABLE = 100
-"""Number of characters of a counterexample's file name that name property and method."""
+PROFILES = ("quick", "ci", "deep")
 
 
-ENOUGH = 0.1
-"""Share of the cases tried that have to test a property before it counts as one that holds."""
+class Properties(Study["Found"]):
+    """Property tests; the command fails where one is violated."""
 
+    question = "Does what must hold of every judge hold of each?"
+    about = "property tests of methods and engines, on layouts drawn at random"
+    workers = 0
+    pages = (PublishedPage("properties", "--profile deep --seed 1"),)
 
-class Standing(StrEnum):
-    """Result of a property for a method.
-
-    ``holds``: no counterexample among the cases tried. ``too few cases``: none either, but less
-    than the share :data:`ENOUGH` of the cases tested it. ``finding``: it does not hold, and that is
-    declared. ``violated``: it does not hold, and that is not declared. ``not asked``: the method
-    does not declare what the property needs, or the property applies to no case, or the method
-    refused all cases to which it applies.
-    """
-
-    HOLDS = "holds"
-    TOO_FEW = "too few cases"
-    FINDING = "finding"
-    VIOLATED = "violated"
-    NOT_ASKED = "not asked"
-
-
-@dataclass(frozen=True, slots=True)
-class SmallestCase:
-    """The smallest case found on which a property does not hold.
-
-    ``found``: found and expected results. ``change``: other values drawn for the case.
-    ``file``: path of the layout, relative to the page.
-    """
-
-    found: str
-    change: Mapping[str, float]
-    layout: Layout
-    file: str
-
-
-@dataclass(frozen=True, slots=True)
-class PropertyRow:
-    """Result of one property for one method.
-
-    ``examples``: cases tried; ``asked``: those to which the property applies; ``refused``: those
-    that the method refused, which lie outside its range. ``why``: the reason of a declared finding,
-    or how an engine ended its process. ``share``: of the cases that tested it, those that violate
-    it, and ``steps``, the median distance of their failing steps from the expected ones; None where
-    no case drawn violates it, or it is not about failing steps.
-    """
-
-    property: str
-    method: MethodKey
-    standing: Standing
-    examples: int
-    asked: int
-    why: str = ""
-    smallest: SmallestCase | None = None
-    refused: int = 0
-    share: Estimate | None = None
-    steps: float | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class PropertyTable:
-    """Properties x methods: the statement of each property, and a row for each pair.
-
-    ``kinds``: names of properties by what they are about.
-    """
-
-    about: Mapping[str, str]
-    kinds: Mapping[str, tuple[str, ...]]
-    methods: tuple[MethodKey, ...]
-    rows: tuple[PropertyRow, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class PropertyStudy:
-    """Methods and properties to test.
-
-    Attributes:
-        methods: spec strings.
-        properties: names of properties.
-        examples: largest number of cases a pair.
-        seed: of the cases.
-    """
-
-    methods: tuple[str, ...]
-    properties: tuple[Property, ...]
-    examples: int
-    seed: int = 0
-
-
-@dataclass(frozen=True, slots=True)
-class _Unit(SinglePart):
-    property: str
-    method: str
-    examples: int
-    seed: int
-    key: str
-
-    def describe(self, part: int) -> str:
-        return f"{self.property!r} of {self.method}"
-
-
-def methods_on(names: Sequence[str] | None) -> list[str]:
-    """The methods that are tested by default.
-
-    Args:
-        names: engines, on which the label's way is tested; None takes the static methods, the
-            label's way and the tuned preset on all engines that are not optional, and the methods
-            that were fitted on labels. (What must hold within an envelope needs one to be known.)
-
-    Raises:
-        PropertyError: no engine of that name.
-    """
-    known = engines()
-    for name in names or ():
-        if name not in known:
-            raise PropertyError(f"unknown engine {name!r}; {nearest(name, known)}")
-    if names is not None:
-        return [f"label@{name}" for name in names]
-    return [
-        *STATIC_METHODS,
-        *(f"label@{name}" for name in engine_names()),
-        *(f"{TUNED}@{name}" for name in engine_names() if name in tuned()[TUNED]),
-        *FITTED_METHODS,
-    ]
-
-
-def run_properties(
-    study: PropertyStudy,
-    directory: Path,
-    *,
-    output: Path | None = None,
-    workers: int = IN_THIS_PROCESS,
-    progress: Progress = lambda done, total: None,
-) -> PropertyTable:
-    """Test the missing pairs of properties and methods.
-
-    Args:
-        study: methods and properties; a method with two spellings is tested once.
-        directory: folder of the results, made when it does not exist.
-        output: folder of the page, to which counterexamples go; by default the same.
-        workers: see :func:`steadyload.runs.runner.run_study`.
-        progress: called with pairs done and pairs in all.
-
-    Raises:
-        SpecError: no such method.
-        PropertyError: no property applies to any of the methods.
-        EngineNotInstalledError: a method's engine is missing.
-        ResultsError: another run is at work in the folder.
-        WorkerDiedError: see :func:`steadyload.runs.pool.run_units`.
-    """
-    subjects = list({s.spec: s for s in map(MethodUnderTest, study.methods)}.values())
-    for subject in subjects:
-        subject.method.prepare()
-    units = [unit for subject in subjects for unit in _units(subject, study)]
-    if not units:
-        asked_about = ", ".join(repr(each.name) for each in study.properties)
-        raise PropertyError(f"{asked_about}: asked of none of {', '.join(study.methods)}")
-    with locked(directory):
-        store = Store(directory / "results", OUTCOMES)
-        store.complete(
-            units,
-            _ask,
-            # For an engine that ends its process the case is not known.
-            crashed=lambda unit, part, reason: PropertyResult(0, 0, None, crashed=reason),
-            workers=workers,
-            progress=progress,
-        )
-        rows = [_row(unit, store.read(unit.key), output or directory) for unit in units]
-    return PropertyTable(
-        about={asked.name: asked.about for asked in study.properties},
-        kinds=by_kind(asked.name for asked in study.properties),
-        methods=tuple(method_key(subject.method) for subject in subjects),
-        rows=tuple(rows),
+    engines: tuple[str, ...] = option(
+        (), "only the label's way on this engine; may be repeated", names=("--engine",),
+        metavar="NAME",
+    )  # fmt: skip
+    methods: tuple[str, ...] = methods_option(
+        "only this method, for example ps3@mujoco; may be repeated "
+        "(default: static methods, the label's way and the tuned preset on every engine that needs "
+        "no extra, learned methods and a cascade)"
     )
+    properties: tuple[str, ...] = option(
+        (), "only this; may be repeated", names=("--property",), metavar="NAME"
+    )
+    profile: str = option(
+        "quick", "cases a property and method: quick 20, ci 100, deep 1000 (default: quick)",
+        choices=PROFILES,
+    )  # fmt: skip
+    examples: int | None = option(None, "so many cases, whatever the profile", least=1)
+    seed: int = option(0, "of the cases (default: 0)", least=0)
 
+    def run(self, lab: Lab) -> Found:
+        """Missing pairs of properties and methods are tested."""
+        from steadyload.properties import PropertyError
 
-def made_with(study: PropertyStudy) -> dict[str, str]:
-    """Provenance of a page of this study."""
-    return {
-        "examples": f"{study.examples} a property and method, seed {study.seed}",
-        **provenance_lines(),
-        "hypothesis": metadata.version("hypothesis"),
-    }
-
-
-def _units(subject: MethodUnderTest, study: PropertyStudy) -> Iterator[_Unit]:
-    """Units of a method; a key is a hash of everything that the outcome depends on."""
-    envelopes = json.loads(resources.files("steadyload.methods").joinpath(ENVELOPES).read_bytes())
-    made = {
-        **made_by(subject.method),
-        **package_versions(("hypothesis",)),
-        "version of search": str(VERSION),
-        "envelopes": key_of({engine: entry["rows"] for engine, entry in envelopes.items()}),
-    }
-    for asked in study.properties:
-        if asked.applies(subject):
-            key = key_of(
-                {
-                    "question": asked.name,
-                    "version": asked.version,
-                    "method": subject.spec,
-                    "made by": made,
-                    "examples": study.examples,
-                    "seed": study.seed,
-                }
+        if importlib.util.find_spec("hypothesis") is None:
+            raise PropertyError(
+                "property tests need hypothesis: pip install 'steadyload[properties]'"
             )
-            yield _Unit(asked.name, subject.spec, study.examples, study.seed, key)
+        from steadyload.properties import search
+        from steadyload.properties.registry import chosen
+        from steadyload.studies.properties.testing import PropertyStudy, methods_on, run_properties
 
+        methods = list(self.methods)
+        if self.engines or not methods:
+            methods += methods_on(self.engines or None)
+        study = PropertyStudy(
+            methods=tuple(dict.fromkeys(methods)),
+            properties=tuple(chosen(self.properties or None)),
+            examples=self.examples or search.PROFILES[self.profile],
+            seed=self.seed,
+        )
+        return run_properties(lab, study)
 
-def _ask(unit: _Unit) -> Iterator[PropertyResult]:
-    subject = MethodUnderTest(unit.method)
-    subject.method.prepare()
-    yield search(PROPERTIES[unit.property], subject, examples=unit.examples, seed=unit.seed)
+    def beside(self, found: Found, folder: Path) -> None:
+        """Counterexamples, as layout files."""
+        from steadyload.studies.properties.testing import write_counterexamples
 
+        write_counterexamples(found, folder)
 
-def _encoded(answers: Sequence[PropertyResult]) -> bytes:
-    [outcome] = answers
-    held, failure = outcome.counterexample, None
-    if held is not None:
-        failure = {
-            "found": held.found,
-            "change": dict(held.case.change),
-            "layout": json.loads("".join(as_native([held.case.layout]))),
-        }
-    result = {
-        "examples": outcome.examples,
-        "asked": outcome.asked,
-        "refused": outcome.refused,
-        "failure": failure,
-        "crashed": outcome.crashed,
-        "frequency": outcome.frequency and dataclasses.asdict(outcome.frequency),
-    }
-    return (json.dumps(result, indent=1) + "\n").encode()
+    def remarks(self, found: Found) -> Iterator[str]:
+        """Cases that methods refused, and violations that are not declared as findings."""
+        for method in found.methods:
+            if method.refused.cases:
+                tried = f"{method.refused.cases} of {method.refused.of} cases"
+                yield f"{method.method.spec}: not asked on {tried}, which lie outside its range"
+        for row in found.violations:
+            why = row.smallest.found if row.smallest else row.why
+            yield f"{row.property}, {row.method.spec}: {why}"
 
-
-def _decoded(content: bytes) -> PropertyResult:
-    result = json.loads(content)
-    failure, counterexample = result["failure"], None
-    if failure is not None:
-        [record] = read_json([json.dumps(failure["layout"]).encode()])
-        assert isinstance(record, Record)
-        case = Case(to_layout(record), failure["change"])
-        counterexample = Counterexample(case, failure["found"])
-    frequency = result["frequency"]
-    return PropertyResult(
-        result["examples"],
-        result["asked"],
-        counterexample,
-        result["refused"],
-        result["crashed"],
-        None if frequency is None else Frequency(**frequency),
-    )
-
-
-OUTCOMES: Codec[PropertyResult, PropertyResult] = Codec(".json", _encoded, _decoded)
-"""Codec of the result of a property and method."""
-
-
-def _row(unit: _Unit, outcome: PropertyResult, directory: Path) -> PropertyRow:
-    """A result as a page shows it; declared findings are included even where not found here."""
-    known = finding(unit.property, unit.method)
-    shown, standing = outcome.counterexample, Standing.HOLDS
-    if known is not None:
-        standing = Standing.FINDING
-        shown = shown or Counterexample(known.case, known.found)
-    elif shown is not None or outcome.crashed:
-        standing = Standing.VIOLATED
-    elif not outcome.asked:
-        standing = Standing.NOT_ASKED
-    elif outcome.asked < ENOUGH * outcome.examples:
-        standing = Standing.TOO_FEW
-    found = outcome.frequency
-    return PropertyRow(
-        property=unit.property,
-        method=method_key(MethodUnderTest(unit.method).method),
-        standing=standing,
-        examples=outcome.examples,
-        asked=outcome.asked,
-        refused=outcome.refused,
-        why=known.why if known else outcome.crashed,
-        smallest=None if shown is None else _smallest(unit, shown, directory),
-        share=None if found is None else share(np.arange(found.tested) < found.violated),
-        steps=None if found is None else found.steps,
-    )
-
-
-def _smallest(unit: _Unit, shown: Counterexample, directory: Path) -> SmallestCase:
-    layout = shown.case.layout
-    file = Path("counterexamples") / f"{_file_name(unit)}.json"
-    not_a_link((directory / file).parent).mkdir(parents=True, exist_ok=True)
-    write_layouts(without_link(directory / file), [layout], Format.NATIVE)
-    return SmallestCase(shown.found, shown.case.change, layout, file.as_posix())
-
-
-def _file_name(unit: _Unit) -> str:
-    """File name, readable and unique for every pair; specs may differ in punctuation alone."""
-    pair = f"{unit.property} {unit.method}"
-    readable = re.sub(r"[^a-z0-9]+", "-", pair.lower()).strip("-")[:_READABLE]
-    return f"{readable}-{zlib.crc32(pair.encode()):08x}"
+    def status(self, found: Found) -> int:
+        """1 where a property is violated."""
+        return 1 if found.violations else 0

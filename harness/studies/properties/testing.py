@@ -1,0 +1,318 @@
+"""Properties x methods: tested over processes, stored in files, resumable.
+
+A folder holds ``results/*.json``, a :class:`steadyload.runs.store.Store` with a shard for every
+property and method. ``counterexamples/*.json`` beside the page are layout files like any other.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import re
+import zlib
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from importlib import metadata, resources
+from pathlib import Path
+
+import numpy as np
+
+from steadyload.atomic import not_a_link, without_link
+from steadyload.engines.registry import engine_names, engines, package_versions
+from steadyload.errors import nearest
+from steadyload.layouts.files.record import Record, to_layout
+from steadyload.layouts.formats import Format, write_layouts
+from steadyload.layouts.readers import read_json
+from steadyload.layouts.writers import as_native
+from steadyload.methods.envelope import ENVELOPES
+from steadyload.methods.naming import MethodKey, method_key
+from steadyload.methods.tuned import TUNED, tuned
+from steadyload.properties import PropertyError
+from steadyload.properties.findings import finding
+from steadyload.properties.property import Case, MethodUnderTest, Property
+from steadyload.properties.registry import PROPERTIES, by_kind
+from steadyload.properties.search import VERSION, Counterexample, Frequency, PropertyResult, search
+from steadyload.runs.pool import SinglePart
+from steadyload.runs.provenance import key_of, made_by, provenance_lines
+from steadyload.runs.store import Codec, Store, locked
+from steadyload.statistics.metrics import share
+from steadyload.studies.kit import Lab
+from steadyload.studies.properties.outcomes import (
+    ENOUGH,
+    Found,
+    MethodTested,
+    Pairs,
+    PropertyRow,
+    Refused,
+    SmallestCase,
+    Standing,
+    Statement,
+)
+
+STATIC_METHODS = (
+    "fbs",
+    "pbs",
+    "sme",
+    "equilibrium",
+    "equilibrium:sides=frictionless",
+    "equilibrium:sides=friction",
+    "equilibrium:time=0.3",
+    "settling",
+)
+
+FITTED_METHODS = ("lstm_1", "lstm_e", "cascade@mujoco")
+"""Methods that were trained or fitted on labels, which the default tests beside all others."""
+
+_READABLE = 100
+"""Number of characters of a counterexample's file name that name property and method."""
+
+
+@dataclass(frozen=True, slots=True)
+class PropertyStudy:
+    """Methods and properties to test.
+
+    Attributes:
+        methods: spec strings.
+        properties: names of properties.
+        examples: largest number of cases a pair.
+        seed: of the cases.
+    """
+
+    methods: tuple[str, ...]
+    properties: tuple[Property, ...]
+    examples: int
+    seed: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class _Unit(SinglePart):
+    property: str
+    method: str
+    examples: int
+    seed: int
+    key: str
+
+    def describe(self, part: int) -> str:
+        return f"{self.property!r} of {self.method}"
+
+
+def methods_on(names: Sequence[str] | None) -> list[str]:
+    """The methods that are tested by default.
+
+    Args:
+        names: engines, on which the label's way is tested; None takes the static methods, the
+            label's way and the tuned preset on all engines that are not optional, and the methods
+            that were fitted on labels. (What must hold within an envelope needs one to be known.)
+
+    Raises:
+        PropertyError: no engine of that name.
+    """
+    known = engines()
+    for name in names or ():
+        if name not in known:
+            raise PropertyError(f"unknown engine {name!r}; {nearest(name, known)}")
+    if names is not None:
+        return [f"label@{name}" for name in names]
+    return [
+        *STATIC_METHODS,
+        *(f"label@{name}" for name in engine_names()),
+        *(f"{TUNED}@{name}" for name in engine_names() if name in tuned()[TUNED]),
+        *FITTED_METHODS,
+    ]
+
+
+def run_properties(lab: Lab, study: PropertyStudy) -> Found:
+    """Test the missing pairs of properties and methods.
+
+    Args:
+        lab: where they are tested.
+        study: methods and properties; a method with two spellings is tested once.
+
+    Raises:
+        SpecError: no such method.
+        PropertyError: no property applies to any of the methods.
+        EngineNotInstalledError: a method's engine is missing.
+        ResultsError: another run is at work in the folder.
+        WorkerDiedError: see :func:`steadyload.runs.pool.run_units`.
+    """
+    subjects = list({s.spec: s for s in map(MethodUnderTest, study.methods)}.values())
+    for subject in subjects:
+        subject.method.prepare()
+    units = [unit for subject in subjects for unit in _units(subject, study)]
+    if not units:
+        asked_about = ", ".join(repr(each.name) for each in study.properties)
+        raise PropertyError(f"{asked_about}: asked of none of {', '.join(study.methods)}")
+    with locked(lab.work):
+        store = Store(lab.work / "results", OUTCOMES)
+        store.complete(
+            units,
+            _ask,
+            # For an engine that ends its process the case is not known.
+            crashed=lambda unit, part, reason: PropertyResult(0, 0, None, crashed=reason),
+            workers=lab.workers,
+            progress=lambda *done: lab.progress("asking", *done),
+        )
+        rows = [_row(unit, store.read(unit.key)) for unit in units]
+    methods = [method_key(subject.method) for subject in subjects]
+    kinds = by_kind(asked.name for asked in study.properties)
+    return Found(
+        statements=[Statement(asked.name, asked.about) for asked in study.properties],
+        methods=[_tested(method, rows) for method in methods],
+        rows=rows,
+        pairs={
+            kind: [_pairs(method, rows, of_kind) for method in methods]
+            for kind, of_kind in kinds.items()
+        },
+        made_with={
+            "examples": f"{study.examples} a property and method, seed {study.seed}",
+            **provenance_lines(),
+            "hypothesis": metadata.version("hypothesis"),
+        },
+    )
+
+
+def _tested(method: MethodKey, rows: Sequence[PropertyRow]) -> MethodTested:
+    own = [row for row in rows if row.method == method]
+
+    def named(standing: Standing) -> list[str]:
+        return [row.property for row in own if row.standing is standing]
+
+    return MethodTested(
+        method,
+        len(named(Standing.HOLDS)),
+        named(Standing.VIOLATED),
+        named(Standing.FINDING),
+        named(Standing.TOO_FEW),
+        Refused(sum(row.refused for row in own), sum(row.examples for row in own)),
+    )
+
+
+def _pairs(method: MethodKey, rows: Sequence[PropertyRow], properties: Sequence[str]) -> Pairs:
+    own = {row.property: row for row in rows if row.method == method}
+    return Pairs(method.title, {name: own.get(name) for name in properties})
+
+
+def write_counterexamples(found: Found, folder: Path) -> None:
+    """Write the smallest cases as layout files, where the page in a folder links to them.
+
+    Raises:
+        OSError: a file cannot be written.
+    """
+    for smallest in filter(None, (one.smallest for one in found.rows)):
+        path = folder / smallest.file
+        not_a_link(path.parent).mkdir(parents=True, exist_ok=True)
+        write_layouts(without_link(path), [smallest.layout], Format.NATIVE)
+
+
+def _units(subject: MethodUnderTest, study: PropertyStudy) -> Iterator[_Unit]:
+    """Units of a method; a key is a hash of everything that the outcome depends on."""
+    envelopes = json.loads(resources.files("steadyload.methods").joinpath(ENVELOPES).read_bytes())
+    made = {
+        **made_by(subject.method),
+        **package_versions(("hypothesis",)),
+        "version of search": str(VERSION),
+        "envelopes": key_of({engine: entry["rows"] for engine, entry in envelopes.items()}),
+    }
+    for asked in study.properties:
+        if asked.applies(subject):
+            key = key_of(
+                {
+                    "question": asked.name,
+                    "version": asked.version,
+                    "method": subject.spec,
+                    "made by": made,
+                    "examples": study.examples,
+                    "seed": study.seed,
+                }
+            )
+            yield _Unit(asked.name, subject.spec, study.examples, study.seed, key)
+
+
+def _ask(unit: _Unit) -> Iterator[PropertyResult]:
+    subject = MethodUnderTest(unit.method)
+    subject.method.prepare()
+    yield search(PROPERTIES[unit.property], subject, examples=unit.examples, seed=unit.seed)
+
+
+def _encoded(answers: Sequence[PropertyResult]) -> bytes:
+    [outcome] = answers
+    held, failure = outcome.counterexample, None
+    if held is not None:
+        failure = {
+            "found": held.found,
+            "change": dict(held.case.change),
+            "layout": json.loads("".join(as_native([held.case.layout]))),
+        }
+    result = {
+        "examples": outcome.examples,
+        "asked": outcome.asked,
+        "refused": outcome.refused,
+        "failure": failure,
+        "crashed": outcome.crashed,
+        "frequency": outcome.frequency and dataclasses.asdict(outcome.frequency),
+    }
+    return (json.dumps(result, indent=1) + "\n").encode()
+
+
+def _decoded(content: bytes) -> PropertyResult:
+    result = json.loads(content)
+    failure, counterexample = result["failure"], None
+    if failure is not None:
+        [record] = read_json([json.dumps(failure["layout"]).encode()])
+        assert isinstance(record, Record)
+        case = Case(to_layout(record), failure["change"])
+        counterexample = Counterexample(case, failure["found"])
+    frequency = result["frequency"]
+    return PropertyResult(
+        result["examples"],
+        result["asked"],
+        counterexample,
+        result["refused"],
+        result["crashed"],
+        None if frequency is None else Frequency(**frequency),
+    )
+
+
+OUTCOMES: Codec[PropertyResult, PropertyResult] = Codec(".json", _encoded, _decoded)
+"""Codec of the result of a property and method."""
+
+
+def _row(unit: _Unit, outcome: PropertyResult) -> PropertyRow:
+    """A result as a page shows it; declared findings are included even where not found here."""
+    known = finding(unit.property, unit.method)
+    shown, standing = outcome.counterexample, Standing.HOLDS
+    if known is not None:
+        standing = Standing.FINDING
+        shown = shown or Counterexample(known.case, known.found)
+    elif shown is not None or outcome.crashed:
+        standing = Standing.VIOLATED
+    elif not outcome.asked:
+        standing = Standing.NOT_ASKED
+    elif outcome.asked < ENOUGH * outcome.examples:
+        standing = Standing.TOO_FEW
+    found = outcome.frequency
+    return PropertyRow(
+        property=unit.property,
+        method=method_key(MethodUnderTest(unit.method).method),
+        standing=standing,
+        examples=outcome.examples,
+        asked=outcome.asked,
+        refused=outcome.refused,
+        why=known.why if known else outcome.crashed,
+        smallest=None if shown is None else _smallest(unit, shown),
+        n=None if found is None else found.tested,
+        share=None if found is None else share(np.arange(found.tested) < found.violated),
+        steps=None if found is None else found.steps,
+    )
+
+
+def _smallest(unit: _Unit, shown: Counterexample) -> SmallestCase:
+    file = f"counterexamples/{_file_name(unit)}.json"
+    return SmallestCase(shown.found, shown.case.change, shown.case.layout, file)
+
+
+def _file_name(unit: _Unit) -> str:
+    """File name, readable and unique for every pair; specs may differ in punctuation alone."""
+    pair = f"{unit.property} {unit.method}"
+    readable = re.sub(r"[^a-z0-9]+", "-", pair.lower()).strip("-")[:_READABLE]
+    return f"{readable}-{zlib.crc32(pair.encode()):08x}"
