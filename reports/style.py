@@ -39,6 +39,7 @@ _ENGINE_MARKERS = {
     "reference": "*",
 }
 _ENGINE_COLOURS = {
+    None: "#4d4d4d",
     "bullet": "#1f77b4",
     "mujoco": "#d62728",
     "dart": "#2ca02c",
@@ -90,15 +91,18 @@ def face(method: Identified) -> str:
     return "white" if ":" in method.spec else colour(method)
 
 
-def engine_colour(engine: str) -> str:
-    """The colour of an engine, where a figure compares engines and not methods."""
-    return _ENGINE_COLOURS.get(engine) or _spare(engine, _SPARE_COLOURS)
+def engine_colour(engine: str | None) -> str:
+    """The colour of an engine, or of none, where a figure compares engines and not methods."""
+    return _ENGINE_COLOURS.get(engine) or _spare(str(engine), _SPARE_COLOURS)
 
 
 def algorithm_colour(algorithm: str) -> str:
     """The colour of a search algorithm, where a figure compares searches."""
     return _ALGORITHM_COLOURS.get(algorithm) or _spare(algorithm, _SPARE_COLOURS)
 
+
+DASHES = ("-", "--", ":", "-.")
+"""Dashes of lines in turn."""
 
 PLACES = tuple(
     zip(
@@ -118,7 +122,7 @@ class Look(NamedTuple):
     face: str
 
 
-def _of_engine(engine: str, _: int) -> Look:
+def _of_engine(engine: str | None, _: int) -> Look:
     return Look(engine_colour(engine), engine_marker(engine), engine_colour(engine))
 
 

@@ -205,7 +205,7 @@ DRAWING = {
     "benchmark.figures", "closed_form_figures", "comparison.figures", "convergence.figures",
     "engines.figures", "extremes.figures", "precision.figures", "real.figures",
     "replication.figures", "session.figures", "table5.cost_figures",
-    "table5.figures", "transport.figures", "tuning.figures", "tuning.search_figures",
+    "table5.figures", "tuning.figures", "tuning.search_figures",
 }  # fmt: skip
 """Modules of studies that draw without the kinds of charts of `reports`; no other one may."""
 

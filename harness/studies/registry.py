@@ -41,7 +41,7 @@ STUDIES: dict[str, str] = {
     "extremes": "steadyload.studies.extremes.config:STUDY",
     "properties": "steadyload.studies.properties.study:Properties",
     "benchmark": "steadyload.studies.benchmark.config:STUDY",
-    "transport": "steadyload.studies.transport.config:STUDY",
+    "transport": "steadyload.studies.transport.study:Transport",
     "packers": "steadyload.studies.packers.study:Packers",
     "scale": "steadyload.studies.scale.study:Scale",
 }

@@ -11,9 +11,8 @@ from matplotlib.figure import Figure
 
 from steadyload.reports.charts.drawing import PLAIN_TICKS, Chart, legend
 from steadyload.reports.charts.rows import Along, Field, along, chosen, flat, grouped, value
-from steadyload.reports.style import LOOKS
+from steadyload.reports.style import DASHES, LOOKS
 
-_LINES = ("-", "--", ":", "-.")
 _STYLE = {"linewidth": 1.1, "markersize": 5.0}
 _ENDS = {"elinewidth": 0.6, "capsize": 2.0}
 _THIN = {"linewidth": 0.7, "markersize": 3.0}
@@ -109,7 +108,7 @@ def curves(
                     axes, _across(own, name, texts, _scale("x", percent)),
                     along(own, y, _scale("y", percent)),
                     marker=seen.marker, color=seen.colour, markerfacecolor=seen.face,
-                    linestyle=_LINES[dashed % len(_LINES)], label=line,
+                    linestyle=DASHES[dashed % len(DASHES)], label=line,
                     **{**_STYLE, **style, **drawn_as},
                 )  # fmt: skip
             axes.set(xscale="log" if "x" in log else "linear")

@@ -22,6 +22,7 @@ from steadyload.reports.charts.heat import heat
 from steadyload.reports.charts.kinds import KINDS
 from steadyload.reports.charts.rows import ChartError
 from steadyload.reports.charts.scene import scene
+from steadyload.reports.style import engine_colour
 from steadyload.statistics.estimate import NOTHING, Estimate
 
 PS3 = MethodKey("PS_3", "ps3@bullet", "ps3", "bullet")
@@ -303,6 +304,23 @@ def test_a_line_of_an_ecdf_is_that_of_its_title_among_all():
         return {line.get_label()[0]: line.get_color() for line in axes.lines}
 
     assert colour("c")["c"] == colour("abc")["c"] != colour("abc")["b"]
+
+
+def test_an_ecdf_of_values_spans_them_and_lines_have_the_look_of_engines():
+    rows = [
+        {"title": title, "ends": [-0.3, 0.1], "n": 2, "engine": engine, "basis": basis}
+        for title, engine, basis in (("a", "mujoco", "some"), ("b", None, "none"))
+    ]
+    axes = ecdf(
+        rows, "ends", of="n", look="engine", by="engine", dash="basis", span=(-0.2, 0.2),
+        x_label="x", y_label="y",
+    ).figure.axes[0]  # fmt: skip
+    first, second, zero = axes.lines
+    assert first.get_xydata().tolist() == [[-0.3, 0], [-0.3, 50], [0.1, 100], [0.2, 100]]
+    assert axes.get_xlim() == (-0.2, 0.2)
+    assert list(zero.get_xdata()) == [0.0, 0.0]
+    assert (first.get_color(), first.get_linestyle()) == (engine_colour("mujoco"), "-")
+    assert (second.get_color(), second.get_linestyle()) == (engine_colour(None), "--")
 
 
 def test_a_scene_shows_the_number_of_each_item():

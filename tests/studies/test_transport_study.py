@@ -12,8 +12,8 @@ from steadyload.layouts.model.layout import Item, Layout, Pallet
 from steadyload.layouts.model.question import Question
 from steadyload.reports.pages.writing import write_page
 from steadyload.runs.definition import StudyError
-from steadyload.studies.transport.page import transport_page
-from steadyload.studies.transport.study import (
+from steadyload.studies.transport.comparing import Loads, compare
+from steadyload.studies.transport.limits_of_loads import (
     REFERENCE,
     RISING,
     RUBBING,
@@ -24,7 +24,7 @@ from steadyload.studies.transport.study import (
     limits_of_loads,
     standing_loads,
 )
-from steadyload.studies.transport.summary import summarise
+from steadyload.studies.transport.study import Transport
 from steadyload.transport.errors import TransportError
 from steadyload.transport.limits import EXACT, limits
 from steadyload.transport.whole_load import whole_load_limit
@@ -118,8 +118,8 @@ def made_up():
 
 
 def test_distances_are_those_of_a_count_by_hand():
-    found = summarise(made_up())
-    assert found.counts == {LISTS: (2, 1, 2), REAL: (2, 1, 2)}
+    found = compare(made_up(), {})
+    assert found.small_loads == found.real_loads == Loads(2, 1, 2, 1, 1)
     exact, whole, engine = found.small
     assert [exact.method.spec, whole.method.spec] == [EXACT, WHOLE]
     assert (exact.difference.n, exact.loads) == (2, 1)
@@ -135,7 +135,8 @@ def test_distances_are_those_of_a_count_by_hand():
     assert {one.method.spec: one.difference.n for one in found.real_leaning} == {
         WHOLE: 2, RISING: 1
     }  # fmt: skip
-    of_exact = next(h for h in found.holding if (h.of, h.method.spec) == (REAL, EXACT))
+    of_exact = found.weakest
+    assert (of_exact.loads, of_exact.method.spec) == ("real size", EXACT)
     assert of_exact.weakest.value == pytest.approx(0.30)
     assert {level: share.value for level, share in of_exact.share.items()} == {
         0.2: 1.0, 0.3: 1.0, 0.5: 0.0
@@ -146,9 +147,8 @@ def test_distances_are_those_of_a_count_by_hand():
 
 
 def test_the_page_begins_with_the_answer(tmp_path):
-    text = write_page(
-        transport_page(summarise(made_up()), {"source": "here"}), tmp_path
-    ).read_text()
+    found = compare(made_up(), {"source": "here"})
+    text = write_page(Transport().page(found), tmp_path).read_text()
     first = text.split("\n\n")[1]
     assert "hold 0.300 [0.300, 0.300] g in their weakest direction" in first
     assert "of its limits, and by 100.0" in first

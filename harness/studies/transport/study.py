@@ -1,222 +1,43 @@
-"""Limits of loads that stand, by every method; judged where they are missing."""
+"""The acceleration that a complete load holds, by every method beside the reference."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
-import pandas as pd
+from steadyload.studies.kit import Lab, Study, option
 
-from steadyload.app.recommend.front import best, front_for
-from steadyload.app.recommend.kept import load_fronts
-from steadyload.layouts.benchmark import REAL, Part, load_benchmark
-from steadyload.layouts.benchmark.dataset import LISTS
-from steadyload.layouts.model.layout import Layout
-from steadyload.layouts.model.question import Question
-from steadyload.methods.contract.spec import parse_spec
-from steadyload.methods.registry import make_method
-from steadyload.methods.tuned import TUNED
-from steadyload.progress import NamedProgress, silent
-from steadyload.runs.able import fixed_step_engines
-from steadyload.runs.asked import Asked, asked, measured
-from steadyload.runs.pool import Executor, PartLimit
-from steadyload.runs.provenance import made_by
-from steadyload.runs.store import JSON, Store, locked
-from steadyload.transport.limits import EXACT, VERSION, Limit, around, limits
-from steadyload.transport.whole_load import whole_load_limit
-
-REFERENCE = "label@reference"
-RUBBING = "equilibrium:sides=friction"
-WHOLE = "whole load"
-"""Stands for the rule of thumb, which is no method: it judges no loading."""
-
-FRICTIONS = (0.2, 0.3, 0.4, 0.5, 0.6)
-RISES = (0.0, 0.05, 0.2, 0.5)
-"""Times in which an acceleration rises [s]."""
-
-RISING = "label@mujoco"
-"""The method that is asked with every rise."""
-
-FRICTION = 0.5
-"""Coefficient of every contact where none is stated."""
-
-_SECONDS = 1200.0
-"""CPU time that all directions of a load may take."""
+if TYPE_CHECKING:
+    from steadyload.studies.transport.comparing import Found
 
 
-@dataclass(frozen=True)
-class Load:
-    """A load that stands by its label, of one of the labelled sets.
+class Transport(Study["Found"]):
+    """Limits of loads by statics, rule of thumb and simulation, beside the reference's."""
 
-    Attributes:
-        of: the set.
-        name: of the layout, with its scenario.
-        layout: with its centres of mass.
-        item_list: that it was packed from.
-    """
+    question = "What acceleration does a complete load hold, and which method finds it?"
+    about = "compare limits of acceleration by equilibrium, engines and the reference, and why"
+    command_words = "compare-limits"
 
-    of: str
-    name: str
-    layout: Layout
-    item_list: str
+    loads: int = option(200, "loads of real size (default: 200)", least=1)
+    small: int = option(60, "loads of at most 20 boxes (default: 60)", least=1)
+    referenced: int = option(
+        100, "loads of real size, those of fewest boxes, that the reference is asked of as well "
+        "(default: 100; a load takes it a minute or several)", least=0,
+    )  # fmt: skip
+    directions: int = option(8, "directions around a load (default: 8)", least=1, most=360)
+    engines: tuple[str, ...] = option(
+        (), "engine for the loads of real size; may be repeated (default: those whose tuned "
+        "simulation no cheaper one beats on the largest loads that recommend knows; small loads "
+        "are asked of all)", names=("--engine",), metavar="NAME",
+    )  # fmt: skip
 
-    def content_hash(self) -> str:
-        """All of it that limits depend on, see :meth:`Layout.content_hash`."""
-        return self.layout.content_hash()
+    def run(self, lab: Lab) -> Found:
+        """Missing limits are found, and all are compared."""
+        from steadyload.runs.provenance import provenance_lines
+        from steadyload.studies.transport.comparing import compare
+        from steadyload.studies.transport.limits_of_loads import limits_of_loads
 
-
-class LimitUnit(Asked[list[dict[str, Any]]], question="limits of acceleration", version=VERSION):
-    """The limits of a load, in all directions."""
-
-    load: Load
-    method: str
-    directions: tuple[float, ...]
-    rise: float
-    made_by: Mapping[str, str] = asked("made by")
-
-    def describe(self, part: int) -> str:
-        """Description of the load for messages."""
-        return f"{self.method} on load {self.load.name!r}"
-
-    def measure(self) -> list[dict[str, Any]]:
-        """Find them."""
-        found = limits(self.load.layout, self.method, directions=self.directions, rise=self.rise)
-        return list(map(asdict, found))
-
-
-def _without(unit: LimitUnit, _part: int, reason: str) -> list[dict[str, Any]]:
-    return [asdict(Limit(direction, None, reason=reason)) for direction in unit.directions]
-
-
-@dataclass(frozen=True)
-class LoadLimits:
-    """Limits of some loads.
-
-    Attributes:
-        loads: by set.
-        rows: a row a load, method and direction: ``of``, ``load`` (its place among those of its
-            set), ``item_list``, ``method``, ``rise`` and the fields of
-            :class:`steadyload.transport.limits.Limit`.
-    """
-
-    loads: Mapping[str, Sequence[Load]]
-    rows: pd.DataFrame
-
-
-def exact_at(friction: float) -> str:
-    """The method that finds the exact limit at a coefficient of friction."""
-    return EXACT if friction == FRICTION else f"{EXACT},friction={friction:g}"
-
-
-def standing_loads(of: str, count: int) -> list[Load]:
-    """Loads of a set that stand by their label: layouts that are all different first.
-
-    Raises:
-        BenchmarkError: the set has none.
-    """
-    benchmark = load_benchmark(of)
-    part = Part.TEST if of == LISTS else Part.ALL
-    cases = benchmark.select(part, question=Question.STANDS)
-    cases = cases[cases["failing_step"].isna()]
-    again = cases.duplicated("layout")
-    chosen = pd.concat([cases[~again], cases[again]]).head(count)
-    return [
-        Load(of, f"{name} {scenario}", benchmark.layout(name, scenario), item_list)
-        for name, scenario, item_list in zip(
-            chosen["layout"], chosen["scenario"], chosen["instance"], strict=True
+        made_with = provenance_lines()
+        found = limits_of_loads(
+            **vars(self), work=lab.work, workers=lab.workers, progress=lab.progress
         )
-    ]
-
-
-def engines_on_the_front() -> tuple[str, ...]:
-    """Engines whose tuned simulation no cheaper one beats on the largest loads that were measured.
-
-    Of those that are installed, by rising CPU time, where a load has to stand; as `steadyload
-    recommend` knows them.
-
-    Raises:
-        FrontError: no engine that was measured is installed.
-    """
-    fronts = [front for front in load_fronts() if front.question is Question.STANDS]
-    largest = front_for(fronts, Question.STANDS, max(front.most for front in fronts))
-    simulations = [m for m in largest.here().measured if parse_spec(m.method).name == TUNED]
-    return tuple(one.engine for one in best(simulations) if one.engine)
-
-
-def limits_of_loads(
-    loads: int,
-    small: int,
-    referenced: int,
-    directions: int,
-    engines: Sequence[str],
-    work: Path,
-    *,
-    workers: int | Executor = 1,
-    progress: NamedProgress = silent,
-) -> LoadLimits:
-    """Find the missing limits, and return all.
-
-    Args:
-        loads: number of loads of real size.
-        small: number of loads of the set of many item lists.
-        referenced: number of loads of real size that the reference is asked of, too.
-        directions: around a load.
-        engines: for loads of real size; empty for :func:`engines_on_the_front`.
-        work: folder of the shards.
-        workers: see :func:`steadyload.runs.store.Store.complete`.
-        progress: called with what is done, units done and units in all.
-
-    Raises:
-        StudyError: no such engine.
-        FrontError: none is named, and none is to be recommended here.
-        ResultsError: another run is at work in the folder.
-    """
-    here = fixed_step_engines()
-    real_engines = fixed_step_engines(engines or engines_on_the_front())
-    found = {LISTS: standing_loads(LISTS, small), REAL: standing_loads(REAL, loads)}
-    statics = list(dict.fromkeys([EXACT, RUBBING, *map(exact_at, FRICTIONS)]))
-    asked: list[tuple[Load, str, float]] = []
-    for of, names in ((LISTS, here), (REAL, real_engines)):
-        methods = [*statics, *(f"label@{name}" for name in names)]
-        asked += [(load, method, 0.0) for method in methods for load in found[of]]
-    asked += [(load, REFERENCE, 0.0) for load in found[LISTS]]
-    fewest = sorted(found[REAL], key=lambda load: len(load.layout))[:referenced]
-    asked += [(load, REFERENCE, 0.0) for load in fewest]
-    asked += [(load, RISING, rise) for rise in RISES if rise for load in found[LISTS]]
-    made = {method: made_by(make_method(method)) for _, method, _ in asked}
-    ways = around(directions)
-    units = [LimitUnit(load, method, ways, rise, made[method]) for load, method, rise in asked]
-    with locked(work):
-        store: Store[Any, Any] = Store(work / "limits", JSON)
-        store.complete(
-            units,
-            measured,
-            crashed=_without,
-            limit=PartLimit(_SECONDS, _without),
-            workers=workers,
-            progress=lambda *of: progress("limits", *of),
-        )
-    places = {id(load): place for own in found.values() for place, load in enumerate(own)}
-    rows = [
-        {**_about(unit.load, places), "method": unit.method, "rise": unit.rise, **limit}
-        for unit in units
-        for limit in store.read(unit.key)[0]
-    ]
-    rows += [
-        {
-            **_about(load, places),
-            "method": WHOLE,
-            "rise": 0.0,
-            **asdict(Limit(way, whole_load_limit(load.layout, FRICTION, way))),
-        }
-        for own in found.values()
-        for load in own
-        for way in ways
-    ]
-    return LoadLimits(found, pd.DataFrame(rows))
-
-
-def _about(load: Load, places: Mapping[int, int]) -> dict[str, Any]:
-    return {"of": load.of, "load": places[id(load)], "item_list": load.item_list}
+        return compare(found, made_with)

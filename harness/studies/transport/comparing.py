@@ -1,0 +1,399 @@
+"""Distances of limits from those of another method, and what loads hold. Accelerations in g."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from operator import attrgetter
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from steadyload.layouts.benchmark import REAL
+from steadyload.layouts.benchmark.dataset import LISTS
+from steadyload.layouts.model.layout import Layout
+from steadyload.methods.naming import MethodKey, method_key
+from steadyload.methods.registry import make_method
+from steadyload.reports.columns import column, decimal, general, milliseconds, percent, row
+from steadyload.statistics.estimate import NOTHING, Estimate
+from steadyload.statistics.metrics import mean, share
+from steadyload.studies.transport.limits_of_loads import (
+    FRICTION,
+    FRICTIONS,
+    REFERENCE,
+    RISES,
+    RISING,
+    RUBBING,
+    WHOLE,
+    Load,
+    LoadLimits,
+    exact_at,
+)
+from steadyload.transport.balance import Mode
+from steadyload.transport.limits import DISPLACEMENT, EXACT, HELD, RESOLUTION, ROTATION
+
+CLOSE = 4.0 * RESOLUTION
+"""Distance up to which two limits count as the same [g]: that of two that are known to half of it
+each, with as much again."""
+
+LEVELS = (0.2, 0.3, 0.5)
+"""Accelerations of which it is told how many loads hold them in every direction [g]."""
+
+_SHOWN = (0.1, 0.5, 0.9)
+"""Quantiles of the weakest direction of the loads that are drawn."""
+
+
+_SETS = {LISTS: "small", REAL: "real size"}
+
+
+def _g(estimate: Estimate | None) -> str:
+    return decimal(estimate, 3)
+
+
+def _basis(method: MethodKey) -> str:
+    """Simulation, or which other method: dashes of lines show it."""
+    return "simulation" if method.engine else method.title
+
+
+@row
+class Distance:
+    """Limits of a method beside those of another one, on the same loads and directions.
+
+    ``apart``: mean distance. ``differences``: sorted, for the chart.
+    """
+
+    method: MethodKey = column(form=attrgetter("title"), left=True)
+    n: int = column()
+    difference: Estimate = column("less the other, g", _g, "mean of its limit less the other")
+    above: Estimate = column(f"> {CLOSE:g} g above %", percent)
+    below: Estimate = column(f"> {CLOSE:g} g below %", percent)
+    cpu: Estimate = column("CPU ms a direction", milliseconds)
+    apart: Estimate
+    loads: int
+    differences: Sequence[float]
+
+    @property
+    def basis(self) -> str:
+        """See :func:`_basis`."""
+        return _basis(self.method)
+
+
+@row
+class Holding:
+    """Limits of loads in their weakest direction, by a method at a coefficient of friction."""
+
+    friction: float = column(form=general)
+    loads: str = column()
+    method: MethodKey = column(form=attrgetter("title"), left=True)
+    weakest: Estimate = column("weakest, g", _g)
+    share: Mapping[float, Estimate] = column("{} g held %", percent)
+    tips: Estimate = column("tips %", percent, "of limits with a mode, by equilibrium")
+
+
+@row
+class Rising:
+    """Effect of the time in which an acceleration rises: the limit, less that without a rise."""
+
+    method: MethodKey
+    rise: float
+    more: Estimate
+
+
+@row
+class Around:
+    """The limit of a load by a method in one direction [degrees]."""
+
+    method: MethodKey
+    direction: float
+    limit_g: float
+
+    @property
+    def basis(self) -> str:
+        """See :func:`_basis`."""
+        return _basis(self.method)
+
+
+@row
+class Drawn:
+    """A load whose limits are drawn all around it, with its weakest box."""
+
+    load: str
+    layout: Layout
+    limits: Sequence[Around]
+    weakest: float
+    moved_item: int
+    mode: Mode
+
+    @property
+    def title(self) -> str:
+        """Its name and size."""
+        return f"{self.load}\n{len(self.layout)} boxes"
+
+
+@row
+class Loads:
+    """Loads of a set: how many, of them those that balance as planned, item lists, and boxes."""
+
+    loads: int
+    planned: int
+    item_lists: int
+    fewest_boxes: int
+    most_boxes: int
+
+
+@row
+class Rule:
+    """The rule by which a load holds, and the resolution of limits [cm, degrees, s, g]."""
+
+    friction: float = FRICTION
+    displacement: float = DISPLACEMENT
+    rotation: float = ROTATION
+    seconds: float = HELD
+    resolution: float = RESOLUTION
+    close: float = CLOSE
+
+
+@row
+class Found:
+    """Results of the study.
+
+    ``small``, ``real``: distances from the reference on loads that balance as planned, of the set
+    of small ones and of those of real size that it was asked of; ``leaning``, ``real_leaning``: on
+    those that do not. ``engines``: distances on all loads of real size that balance, from the
+    first engine's limits, which are those of ``against``. ``rises``: of :data:`RISING`, on small
+    loads. ``without``: limits that have no answer, by method. ``drawn``: loads of real size.
+    """
+
+    small_loads: Loads
+    real_loads: Loads
+    directions: int
+    small: Sequence[Distance]
+    leaning: Sequence[Distance]
+    real: Sequence[Distance]
+    real_leaning: Sequence[Distance]
+    engines: Sequence[Distance]
+    against: str
+    holding: Sequence[Holding]
+    frictions: Sequence[Holding]
+    rises: Sequence[Rising]
+    without: Mapping[str, int]
+    drawn: Sequence[Drawn]
+    made_with: Mapping[str, str]
+    rule: Rule = Rule()
+
+    @property
+    def distances(self) -> Mapping[str, Sequence[Distance]]:
+        """All distances from the reference, by what they are of."""
+        fewest = "Loads of real size, of those with the fewest boxes,"
+        found = {
+            "Small loads that balance as planned": self.small,
+            "Small loads that lean on a neighbour": self.leaning,
+            f"{fewest} that balance as planned": self.real,
+            f"{fewest} that lean on a neighbour": self.real_leaning,
+        }
+        return {about: own for about, own in found.items() if own}
+
+    @property
+    def charted(self) -> list[Distance]:
+        """Distances on small loads, those of engines first."""
+        return sorted(self.small, key=lambda one: one.method.engine is None)
+
+    @property
+    def nearest(self) -> Distance | None:
+        """The engine that is nearest to the reference on small loads."""
+        engines = [one for one in self.small if one.method.engine]
+        return min(engines, key=lambda one: one.apart.value, default=None)
+
+    @property
+    def beside_small(self) -> tuple[Distance, Distance] | None:
+        """The equilibrium and the rule of thumb on small loads, where there are both."""
+        return _both(self.small)
+
+    @property
+    def beside_real(self) -> tuple[Distance, Distance] | None:
+        """The same on loads of real size."""
+        return _both(self.real)
+
+    @property
+    def weakest(self) -> Holding:
+        """Loads of real size, by the equilibrium."""
+        of_exact = (EXACT, _SETS[REAL])
+        return next(one for one in self.holding if (one.method.spec, one.loads) == of_exact)
+
+
+def _both(found: Sequence[Distance]) -> tuple[Distance, Distance] | None:
+    by_spec = {one.method.spec: one for one in found}
+    if EXACT not in by_spec or WHOLE not in by_spec:
+        return None
+    return by_spec[EXACT], by_spec[WHOLE]
+
+
+def compare(found: LoadLimits, made_with: Mapping[str, str]) -> Found:
+    """All numbers of the page."""
+    rows = found.rows.assign(
+        mode=found.rows["mode"].astype(object), limit_g=found.rows["limit_g"].astype(float)
+    )
+    exact = rows[rows["method"] == EXACT]
+    falls = exact[exact["mode"] == Mode.FALLS].groupby(["of", "load"]).size().index
+    planned = ~pd.MultiIndex.from_frame(rows[["of", "load"]]).isin(falls)
+    steady, leaning = rows[planned], rows[~planned]
+    engines = [m for m in dict.fromkeys(rows["method"]) if "@" in m and m != REFERENCE]
+    small = [EXACT, RUBBING, WHOLE, *engines]
+    of_real = rows[rows["of"] == REAL]
+    asked = [m for m in engines if m in set(of_real["method"])]
+    first, *others = asked
+    referenced = of_real.loc[of_real["method"] == REFERENCE, "load"].unique()
+    without = rows[rows["limit_g"].isna()].groupby("method").size().to_dict()
+    small_loads, real_loads = (
+        _loads(found.loads[of], sum(name == of for name, _ in falls)) for of in (LISTS, REAL)
+    )
+    return Found(
+        small_loads=small_loads,
+        real_loads=real_loads,
+        directions=rows["direction_deg"].nunique(),
+        small=_distances(steady[steady["of"] == LISTS], small, REFERENCE),
+        leaning=_distances(leaning[leaning["of"] == LISTS], [WHOLE, *engines], REFERENCE),
+        real=_distances(_of(steady, REAL, referenced), [EXACT, RUBBING, WHOLE, *asked], REFERENCE),
+        real_leaning=_distances(_of(leaning, REAL, referenced), [WHOLE, *asked], REFERENCE),
+        engines=_distances(steady[steady["of"] == REAL], [EXACT, RUBBING, WHOLE, *others], first),
+        against=_key(first).title,
+        holding=[
+            _holding(steady, of, method)
+            for of, methods in ((LISTS, [EXACT, REFERENCE, *engines]), (REAL, [EXACT, *asked]))
+            for method in methods
+        ],
+        frictions=[
+            _holding(steady, of, exact_at(mu), mu) for of in (LISTS, REAL) for mu in FRICTIONS
+        ],
+        rises=_rises(rows[rows["of"] == LISTS]),
+        without={_named(spec): n for spec, n in without.items()},
+        drawn=_drawn(found.loads[REAL], steady[steady["of"] == REAL], [*asked, EXACT, WHOLE]),
+        made_with=made_with,
+    )
+
+
+def _loads(loads: Sequence[Load], falling: int) -> Loads:
+    boxes = [len(one.layout) for one in loads]
+    lists = {one.item_list for one in loads}
+    return Loads(len(loads), len(loads) - falling, len(lists), min(boxes), max(boxes))
+
+
+def _of(rows: pd.DataFrame, of: str, loads: Collection[int]) -> pd.DataFrame:
+    return rows[(rows["of"] == of) & rows["load"].isin(loads)]
+
+
+_SIDES = {EXACT: "Equilibrium", RUBBING: "Equilibrium, side faces rub"}
+"""Titles by the sides whose friction counts."""
+
+
+def _key(method: str) -> MethodKey:
+    if method == WHOLE:
+        return MethodKey("b / h of the whole load", WHOLE, "fbs")
+    key = method_key(make_method(method))
+    return MethodKey(_SIDES.get(method, key.title), key.spec, key.family, key.engine)
+
+
+def _named(spec: str) -> str:
+    """A method within a sentence."""
+    return _SIDES[spec].lower() if spec in _SIDES else spec
+
+
+_PLACE = ["of", "load", "item_list", "direction_deg"]
+
+
+def _wide(rows: pd.DataFrame, value: str) -> pd.DataFrame:
+    still = rows[rows["rise"] == 0.0]
+    return still.pivot_table(value, _PLACE, "method", aggfunc="first", dropna=False)
+
+
+def _distances(rows: pd.DataFrame, methods: Sequence[str], other: str) -> list[Distance]:
+    """Distances of methods from another one, where both have a limit."""
+    if other not in set(rows["method"]):
+        return []
+    limits, times = _wide(rows, "limit_g"), _wide(rows, "cpu_ms")
+    found = []
+    for method in methods:
+        if method not in limits:
+            continue
+        both = limits[[method, other]].dropna()
+        lists = both.index.get_level_values("item_list").to_numpy()
+        differences = (both[method] - both[other]).to_numpy()
+        found.append(
+            Distance(
+                method=_key(method),
+                n=len(differences),
+                difference=mean(differences, lists),
+                above=share(differences > CLOSE, lists),
+                below=share(differences < -CLOSE, lists),
+                cpu=NOTHING if method == WHOLE else mean(times.loc[both.index, method], lists),
+                apart=mean(np.abs(differences), lists),
+                loads=len(both.index.droplevel(["item_list", "direction_deg"]).unique()),
+                differences=np.sort(differences).tolist(),
+            )
+        )
+    return found
+
+
+def _holding(rows: pd.DataFrame, of: str, method: str, friction: float = FRICTION) -> Holding:
+    own = rows[(rows["of"] == of) & (rows["method"] == method) & (rows["rise"] == 0.0)]
+    weakest = own.groupby(["load", "item_list"])["limit_g"].agg(lambda v: v.min(skipna=False))
+    weakest = weakest.dropna()
+    lists = weakest.index.get_level_values("item_list").to_numpy()
+    moving = own[own["mode"].isin([Mode.SLIDES, Mode.TIPS])]
+    tips = share(moving["mode"] == Mode.TIPS, moving["item_list"])
+    return Holding(
+        friction=friction,
+        loads=_SETS[of],
+        method=_key(method),
+        weakest=mean(weakest, lists),
+        share={level: share(weakest >= level - RESOLUTION, lists) for level in LEVELS},
+        tips=NOTHING if "@" in method else tips,
+    )
+
+
+def _rises(rows: pd.DataFrame) -> list[Rising]:
+    own = rows[rows["method"] == RISING]
+    wide = own.pivot_table("limit_g", _PLACE, "rise", dropna=False)
+    found = []
+    for rise in RISES:
+        if rise and rise in wide:
+            both = wide[[0.0, rise]].dropna()
+            lists = both.index.get_level_values("item_list").to_numpy()
+            found.append(Rising(_key(RISING), rise, mean(both[rise] - both[0.0], lists)))
+    return found
+
+
+def _drawn(loads: Sequence[Load], rows: pd.DataFrame, methods: Sequence[str]) -> list[Drawn]:
+    exact = rows[rows["method"] == EXACT]
+    weakest = exact.groupby("load")["limit_g"].min().sort_values(kind="stable")
+    if weakest.empty:
+        return []
+    places = dict.fromkeys(round(q * (len(weakest) - 1)) for q in _SHOWN)
+    return [_of_load(loads, rows, methods, int(weakest.index[place])) for place in places]
+
+
+def _of_load(
+    loads: Sequence[Load], rows: pd.DataFrame, methods: Sequence[str], place: int
+) -> Drawn:
+    own = rows[(rows["load"] == place) & (rows["rise"] == 0.0)]
+    by_method: dict[str, Any] = {m: own[own["method"] == m] for m in methods}
+    exact = by_method[EXACT]
+    worst = exact.loc[exact["limit_g"].idxmin()]
+    return Drawn(
+        load=loads[place].name,
+        layout=loads[place].layout,
+        limits=[
+            Around(_key(method), direction, limit)
+            for method, one in by_method.items()
+            for direction, limit in _closed(exact["direction_deg"], one["limit_g"])
+        ],
+        weakest=float(worst["limit_g"]),
+        moved_item=int(worst["moved_item"]),
+        mode=Mode(worst["mode"]),
+    )
+
+
+def _closed(directions: pd.Series, limits: pd.Series) -> list[tuple[float, float]]:
+    """Directions [degrees] with their limits [g], the first one again after a whole turn."""
+    found = list(zip(map(float, directions), map(float, limits), strict=True))
+    return [*found, (found[0][0] + 360.0, found[0][1])]
