@@ -204,7 +204,7 @@ def circles(arrows):
 DRAWING = {
     "benchmark.figures", "closed_form_figures", "comparison.figures", "convergence.figures",
     "engines.figures", "extremes.figures", "precision.figures", "real.figures",
-    "replication.figures", "session.figures", "table5.cost_figures",
+    "replication.figures", "table5.cost_figures",
     "table5.figures", "tuning.figures", "tuning.search_figures",
 }  # fmt: skip
 """Modules of studies that draw without the kinds of charts of `reports`; no other one may."""

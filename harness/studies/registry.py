@@ -31,7 +31,7 @@ STUDIES: dict[str, str] = {
     "learned": "steadyload.studies.learned.config:STUDY",
     "replication": "steadyload.studies.replication.config:STUDY",
     "uncertain": "steadyload.studies.uncertain.config:STUDY",
-    "session": "steadyload.studies.session.config:STUDY",
+    "session": "steadyload.studies.session.study:Session",
     "speed": "steadyload.studies.speed.config:STUDY",
     "engines": "steadyload.studies.engines.config:STUDY",
     "precision": "steadyload.studies.precision.config:STUDY",

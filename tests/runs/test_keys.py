@@ -48,7 +48,7 @@ from steadyload.studies.replication import networks
 from steadyload.studies.replication.splits import SplitKind
 from steadyload.studies.scale.measuring import Size
 from steadyload.studies.session.packing_gains import PackingUnit
-from steadyload.studies.session.study import CurvesUnit
+from steadyload.studies.session.placing import CurvesUnit
 from steadyload.studies.transport import limits_of_loads as transport
 from steadyload.studies.transport.limits_of_loads import LimitUnit
 from steadyload.studies.uncertain import cases as uncertain_cases

@@ -8,11 +8,12 @@ from steadyload.layouts.packing.packing import ITEM_CLASSES, SPACE_RULES, make_i
 from steadyload.methods import make_method
 from steadyload.methods.contract import stopwatch
 from steadyload.reports.pages.writing import write_page
-from steadyload.studies.session import study as session_cost
+from steadyload.studies.session import placing
 from steadyload.studies.session.packing_gains import PACKED_BY, packing_gains
-from steadyload.studies.session.page import session_page
+from steadyload.studies.session.placing import SCENES, session_curves
+from steadyload.studies.session.showing import Found
 from steadyload.studies.session.stable_packing import pack_stably
-from steadyload.studies.session.study import SCENES, session_curves
+from steadyload.studies.session.study import Session
 
 
 @pytest.mark.parametrize("rule", SPACE_RULES)
@@ -85,7 +86,7 @@ def test_the_page_tells_gain_and_cost(tmp_path):
     assert packing_gains(tmp_path / "work", ["fbs"], **asked) == tasks
     assert len(tasks) == len(ITEM_CLASSES)
     nobody, strict = first.gains
-    assert (nobody.method, nobody.rejected, strict.method.spec) == (None, 0.0, "fbs")
+    assert (nobody.method, nobody.rejected, strict.method.spec) == (None, None, "fbs")
     assert strict.stable.value == 1.0  # full support is balance
     assert nobody.stable.value < 1.0
     specs = ["pbs0.7", "equilibrium"]
@@ -94,14 +95,13 @@ def test_the_page_tells_gain_and_cost(tmp_path):
     assert [curve.scene for curve in curves] == [scene.name for scene in SCENES for _ in range(2)]
     assert [[p.items for p in curve.points] for curve in curves] == [[20, 40]] * 6
     assert all(min(p.placement, p.whole) > 0.0 for curve in curves for p in curve.points)
-    page = session_page(curves, {scene.name: scene.about for scene in SCENES}, tasks, {})
-    text = write_page(page, tmp_path).read_text()
+    text = write_page(Session().page(Found(curves, tasks, {})), tmp_path).read_text()
     assert "| nobody" in text
     assert list((tmp_path / "figures").glob("placements.*.svg"))
 
 
 def test_a_placement_costs_its_own_box_and_substeps(told_time, tmp_path):
-    told_time("mujoco", session_cost, stopwatch)
+    told_time("mujoco", placing, stopwatch)
     spec = "simulation@mujoco:t_max=0.1,frequency=60,between_steps=reseat,samples=1"
     each = 20.0 + 6 * 1.0  # milliseconds of adding a box and of 0.1 s at 60 Hz
     curves, _ = session_curves(tmp_path, [spec], count=40)

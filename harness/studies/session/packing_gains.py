@@ -16,6 +16,7 @@ from steadyload.methods.contract.method import Verdict
 from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.registry import make_method
 from steadyload.progress import NamedProgress, silent
+from steadyload.reports.columns import column, fixed, milliseconds, percent, row, significant
 from steadyload.runs.asked import Asked, kept_rows
 from steadyload.runs.provenance import made_by
 from steadyload.statistics.estimate import Estimate
@@ -48,50 +49,52 @@ ITEM_COUNT = 20
 _SEED = 21
 
 
-@dataclass(frozen=True, slots=True)
-class PackingGain:
-    """Results of packing heuristics when one method rejects placements.
+_two_digits = partial(significant, digits=2)
 
-    Attributes:
-        method: that rejects; None: nothing is rejected.
-        stable: share of the bins that are stable by the task's ``judge``.
-        score: mean score of a bin by the same method.
-        bins: bins an item list.
-        left_out: items that were not accepted at any place.
-        asked, rejected: placements judged and rejected, an item.
-        cpu: CPU time of packing, judgements included, an item [ms].
-        judging: of this, the judgements [ms].
+
+@row
+class PackingGain:
+    """Results of packing heuristics when one method rejects placements, or nobody does.
+
+    The last three are None where nothing is rejected.
     """
 
+    title: str = column("rejected by")
+    stable: Estimate = column("stable %", percent, "share of bins, by the task's judge")
+    score: Estimate = column("mean score %", percent, "of a bin, by the same method")
+    bins: Estimate = column("bins a list", lambda bins: fixed(bins.value, 2))
+    cpu: Estimate = column("ms an item", milliseconds, "of packing, judgements included")
+    left_out: int = column("left out", about="items that were not accepted at any place")
+    asked: float | None = column("judged an item", _two_digits)
+    rejected: float | None = column("rejected an item", _two_digits)
+    judging: Estimate | None = column("of this judging", milliseconds)
     method: MethodKey | None
-    stable: Estimate
-    score: Estimate
-    bins: Estimate
-    left_out: int
-    asked: float
-    rejected: float
-    cpu: Estimate
-    judging: Estimate
 
 
-@dataclass(frozen=True, slots=True)
+@row
 class PackingTask:
     """A packing task and its results.
 
-    Attributes:
-        title: description of the item lists.
-        item_lists, items: number of item lists, and of items in each.
-        heuristics: names.
-        judge: spec of the method that judges the packed bins.
-        gains: one for each method.
+    ``judge``: spec of the method that judges the packed bins. ``gains``: one for each method.
     """
 
     title: str
     item_lists: int
     items: int
-    heuristics: tuple[str, ...]
+    heuristics: Sequence[str]
     judge: str
-    gains: tuple[PackingGain, ...]
+    gains: Sequence[PackingGain]
+
+    @property
+    def nobody(self) -> PackingGain | None:
+        """The results where nothing is rejected."""
+        return next((gain for gain in self.gains if gain.method is None), None)
+
+    @property
+    def best(self) -> PackingGain | None:
+        """Those of the method by which most bins are stable."""
+        own = [gain for gain in self.gains if gain.method]
+        return max(own, key=lambda gain: gain.stable.value, default=None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -239,8 +242,8 @@ def packing_gains(
     )
     names = tuple(heuristic.name for heuristic in heuristics)
     gains: dict[int, list[PackingGain]] = {}
-    for unit, row in zip(units, found.rows, strict=True):
-        gains.setdefault(unit.item_class, []).append(_gain(unit.method, row.packings))
+    for unit, one in zip(units, found.rows, strict=True):
+        gains.setdefault(unit.item_class, []).append(_gain(unit.method, one.packings))
     return [
         PackingTask(f"Class {item_class}", instances, ITEM_COUNT, names, judge, tuple(own))
         for item_class, own in gains.items()
@@ -255,14 +258,17 @@ def _gain(spec: str, packings: Sequence[Packing]) -> PackingGain:
     def of_all(name: str) -> list[Any]:
         return [getattr(packing, name) for packing in packings]
 
+    key = method_key(make_method(spec)) if spec else None
+    judging = mean([1e3 * seconds / ITEM_COUNT for seconds in of_all("judging")], of_packings)
     return PackingGain(
-        method=method_key(make_method(spec)) if spec else None,
+        title=key.title if key else "nobody",
         stable=share(list(chain(*of_all("stable"))), of_bins),
         score=mean(list(chain(*of_all("scores"))), of_bins),
         bins=mean(list(map(len, of_all("stable"))), of_packings),
-        left_out=sum(of_all("left_out")),
-        asked=sum(of_all("placements")) / items,
-        rejected=sum(of_all("rejected")) / items,
         cpu=mean([1e3 * seconds / ITEM_COUNT for seconds in of_all("seconds")], of_packings),
-        judging=mean([1e3 * seconds / ITEM_COUNT for seconds in of_all("judging")], of_packings),
+        left_out=sum(of_all("left_out")),
+        asked=sum(of_all("placements")) / items if key else None,
+        rejected=sum(of_all("rejected")) / items if key else None,
+        judging=judging if key else None,
+        method=key,
     )
