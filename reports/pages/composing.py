@@ -162,11 +162,16 @@ def page_environment(folder: Path, blocks: list[Block]) -> jinja2.Environment:
         finalize=_said,
     )
     environment.filters |= FORMS
-    environment.filters["verbatim"] = lambda text: _Place(text.replace("\n", _END_OF_LINE))
+    environment.filters["verbatim"] = _verbatim
     environment.tests["known"] = lambda value: value is not None and not math.isnan(value)
     environment.globals |= {kind: drawing(draw) for kind, draw in KINDS.items()}
     environment.globals |= {"table": tabulated, "figure": chart}
     return environment
+
+
+def _verbatim(text: str) -> str:
+    """Text whose lines are not joined, and which holds no block."""
+    return _Place(_RESERVED.sub("", text).replace("\n", _END_OF_LINE))
 
 
 def _said(value: object) -> object:

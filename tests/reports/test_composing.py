@@ -108,8 +108,8 @@ def test_a_value_takes_the_place_of_no_block(made, value):
 
 def test_lines_of_a_value_stay_apart_where_it_is_verbatim(made):
     text = "# Page\n\n## One\n\nIt says\n{{ why|verbatim }}\nand\nends."
-    [section] = made(text, why="two\nlines\n## no heading").sections
-    assert section.blocks == ["It says two\nlines\n## no heading and ends."]
+    [section] = made(text, why="two\nlines\ue0000\ue001\n## no heading").sections
+    assert section.blocks == ["It says two\nlines0\n## no heading and ends."]
 
 
 def test_a_template_includes_those_of_the_folder_above(tmp_path):
