@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import MISSING, dataclass, field
 from typing import Any, TypeVar, dataclass_transform
 
 from steadyload.errors import UserError, nearest
@@ -52,7 +52,7 @@ class _Declared:
     title: str
     form: Callable[[Any], str]
     about: str = ""
-    left: bool = False
+    left: bool | None = None
     notable: bool = False
 
 
@@ -61,8 +61,10 @@ def column(
     form: Callable[[Any], str] = cell,
     about: str = "",
     *,
-    left: bool = False,
+    left: bool | None = None,
     notable: bool = False,
+    default: Any = MISSING,
+    default_factory: Any = MISSING,
 ) -> Any:
     """A field of a row that is a column of tables.
 
@@ -71,10 +73,13 @@ def column(
             ``{}`` in the place of a key: a column a key.
         form: makes the cell's text of the value.
         about: its meaning, where the title does not say it.
-        left: whether its cells are aligned left; texts always are.
+        left: whether its cells are aligned left; else texts alone are.
         notable: see :class:`steadyload.reports.table.Column`.
+        default: of the field; none where it has to be given.
+        default_factory: makes the default.
     """
-    return field(metadata={_COLUMN: _Declared(title, form, about, left, notable)})
+    metadata = {_COLUMN: _Declared(title, form, about, left, notable)}
+    return field(default=default, default_factory=default_factory, metadata=metadata)
 
 
 @dataclass_transform(frozen_default=True, field_specifiers=(column, field))
@@ -94,7 +99,8 @@ def table(
     Args:
         rows: of one class.
         chosen: fields and properties that are shown: their names in their order, with spaces
-            between them; else all fields of :func:`column`.
+            between them, dotted where they go on into what a field holds; else all fields of
+            :func:`column`.
         caption: a paragraph that stands before it.
         titles: by name, a header of this table alone.
 
@@ -103,20 +109,31 @@ def table(
     """
     if not rows:
         return None
-    declared = _declared(rows[0])
     columns: list[Column] = []
-    for name in chosen.split() or declared:
-        if not hasattr(rows[0], name):
-            known = [each for each in dir(rows[0]) if not each.startswith("_")]
+    for name in chosen.split() or _declared(rows[0]):
+        *outer, last = path = name.split(".")
+        found = next((one for row in rows if (one := _at(row, outer)) is not None), None)
+        if found is not None and not hasattr(found, last):
+            known = [each for each in dir(found) if not each.startswith("_")]
             raise TableError(
                 f"table of rows of {type(rows[0]).__name__}: no field {name!r}; "
-                + nearest(name, known)
+                + nearest(last, known)
             )
-        said = declared.get(name, _Declared("", cell))
+        said = _declared(found).get(last, _Declared("", cell))
         if titles and name in titles:
             said = dataclasses.replace(said, title=titles[name])
-        columns += _columns(rows, (name,), said)
+        columns += _columns(rows, path, said)
     return Table(rows, columns, caption)
+
+
+def columns_of(one: type) -> dict[str, Column]:
+    """The columns of a class of rows by the names of their fields, for pages without a template."""
+    return {
+        name: Column(
+            said.title or name, name, said.form, left=bool(said.left), notable=said.notable
+        )
+        for name, said in _declared(one).items()
+    }
 
 
 def _declared(one: object) -> dict[str, _Declared]:
@@ -126,13 +143,18 @@ def _declared(one: object) -> dict[str, _Declared]:
     return {f.name: f.metadata[_COLUMN] for f in dataclasses.fields(one) if _COLUMN in f.metadata}
 
 
-def _columns(rows: Sequence[Any], path: tuple[str, ...], said: _Declared) -> Iterator[Column]:
+def _at(one: Any, path: Sequence[str]) -> Any:
+    """The value at a path of fields; None where one of them holds None."""
+    for name in path:
+        one = None if one is None else getattr(one, name)
+    return one
+
+
+def _columns(rows: Sequence[Any], path: Sequence[str], said: _Declared) -> Iterator[Column]:
     """Columns of one field: one, or one a key of a mapping, or those of the row that it holds."""
 
     def value(one: Any) -> Any:
-        for name in path:
-            one = None if one is None else getattr(one, name)
-        return one
+        return _at(one, path)
 
     title = said.title or path[-1]
     found = [each for each in map(value, rows) if each is not None]
@@ -144,5 +166,5 @@ def _columns(rows: Sequence[Any], path: tuple[str, ...], said: _Declared) -> Ite
             for each in _columns(rows, (*path, name), part):
                 yield dataclasses.replace(each, title=f"{title}: {each.title}")
     else:
-        left = said.left or (bool(found) and isinstance(found[0], str))
+        left = said.left if said.left is not None else bool(found) and isinstance(found[0], str)
         yield Column(title, value, said.form, left=left, notable=said.notable)

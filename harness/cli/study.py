@@ -8,10 +8,10 @@ from pathlib import Path
 from steadyload.cli.flags import UsageError
 from steadyload.cli.interrupts import working
 from steadyload.cli.reading import SOME_REFUSED, ReadingFlags, Strict
-from steadyload.cli.studies import configuration, write
+from steadyload.cli.studies import write
 from steadyload.cli.terminal import progress_bar, resumable, say
 from steadyload.config import REQUIRED, operand, option
-from steadyload.studies.comparison.config import STUDY, ComparisonConfig
+from steadyload.studies.comparison.study import Comparison
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -85,9 +85,10 @@ class Run(Strict, ReadingFlags):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Report(ComparisonConfig):
+class Report:
     """A run, and where its page is written."""
 
+    directory: Path = operand(REQUIRED, "folder of a study's run", metavar="DIR")
     output: Path | None = option(
         None, "folder of the page (default: the study's)", names=("--output", "-o"), metavar="DIR"
     )
@@ -95,4 +96,4 @@ class Report(ComparisonConfig):
     def run(self) -> None:
         """Write the page of the run."""
         folder = self.directory
-        write(STUDY, configuration(ComparisonConfig, self), folder, self.output or folder, 1)
+        write(Comparison, Comparison(directory=folder), folder, self.output or folder, 1)

@@ -8,9 +8,10 @@ intervals are clustered by item list where lists are known, else by layout.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,15 @@ import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from steadyload.methods.naming import MethodKey
+from steadyload.reports.columns import (
+    column,
+    counts,
+    factor,
+    milliseconds,
+    percent,
+    row,
+    significant,
+)
 from steadyload.runs.accuracy import (
     accuracy,
     accuracy_of,
@@ -39,17 +49,22 @@ ALL = "all"
 BoolArray = NDArray[np.bool_]
 
 
-@dataclass(frozen=True, slots=True)
+def _taken(time: float) -> str:
+    """A time [ms]; a dash for a method that has no such phase."""
+    return significant(time or None)
+
+
+@row
 class PhaseTimes:
-    """Mean CPU time a layout by phase [ms]."""
+    """Mean CPU time a layout by phase [ms]; all of it is ``other`` where there are no phases."""
 
-    build: float
-    step: float
-    read: float
-    other: float
+    build: float = column("build ms", _taken)
+    step: float = column("step ms", _taken)
+    read: float = column("read ms", _taken)
+    other: float = column("other ms", significant)
 
 
-@dataclass(frozen=True, slots=True)
+@row
 class MethodEvaluation:
     """Results of one method on a group of cases. Estimates without any case have n = 0.
 
@@ -79,28 +94,30 @@ class MethodEvaluation:
         cost_ratio: CPU time of the method that it is compared with over its own, likewise.
     """
 
-    method: MethodKey
+    method: MethodKey = column(form=attrgetter("title"), left=True)
     group: str = ALL
-    accuracy: Estimate = NOTHING
-    over: Estimate = NOTHING
-    under: Estimate = NOTHING
+    accuracy: Estimate = column("accuracy %", percent, default=NOTHING)
+    over: Estimate = column("overestimated %", percent, default=NOTHING)
+    under: Estimate = column("underestimated %", percent, default=NOTHING)
     under_or_none: Estimate = NOTHING
-    stable_or_not: Estimate = NOTHING
-    within_one: Estimate = NOTHING
-    robust: Estimate = NOTHING
-    fragile: Estimate = NOTHING
-    natural: Estimate = NOTHING
-    stands: Estimate = NOTHING
-    behind: Estimate | None = None
-    score: Estimate = NOTHING
-    fully_stable: Estimate = NOTHING
-    without_verdict: Mapping[str, int] = field(default_factory=dict)
-    cpu: Estimate = NOTHING
-    wall: Estimate = NOTHING
+    stable_or_not: Estimate = column("stable or not %", percent, default=NOTHING)
+    within_one: Estimate = column("within one %", percent, default=NOTHING)
+    robust: Estimate = column("robust %", percent, default=NOTHING)
+    fragile: Estimate = column("fragile %", percent, default=NOTHING)
+    natural: Estimate = column("natural prevalence %", percent, default=NOTHING)
+    stands: Estimate = column("stands %", percent, default=NOTHING)
+    behind: Estimate | None = column("difference", percent, default=None)
+    score: Estimate = column("mean score %", percent, default=NOTHING)
+    fully_stable: Estimate = column("fully stable %", percent, default=NOTHING)
+    without_verdict: Mapping[str, int] = column(
+        "no verdict", counts, notable=True, default_factory=dict
+    )
+    cpu: Estimate = column("CPU ms", milliseconds, default=NOTHING)
+    wall: Estimate = column("wall ms", milliseconds, default=NOTHING)
     phases: PhaseTimes | None = None
     substeps: float = 0.0
-    ahead: Estimate | None = None
-    cost_ratio: Estimate | None = None
+    ahead: Estimate | None = column(form=percent, default=None)
+    cost_ratio: Estimate | None = column("cost ratio", factor, default=None)
 
     @property
     def errors(self) -> ErrorShares | None:
@@ -148,6 +165,11 @@ class Evaluation:
     def groups(self) -> tuple[str, ...]:
         """All cases, then the scenarios where there are several."""
         return tuple(self.rows) if len(self.rows) > 2 else (ALL,)
+
+    @property
+    def by_title(self) -> dict[str, tuple[MethodEvaluation, ...]]:
+        """Rows of :attr:`groups` by the title of the group."""
+        return {"all scenarios" if g == ALL else g: self.rows[g] for g in self.groups}
 
     @property
     def cost_source(self) -> CostSource:
@@ -364,3 +386,11 @@ def _costs(judged: JudgedCases, costs: Costs, spec: str, group: str) -> dict[str
         build, step, read = (float(taken[phase].mean()) for phase in PHASES)
         found["phases"] = PhaseTimes(build, step, read, cpu.value - build - step - read)
     return found
+
+
+def cheapest_near(methods: Iterable[MethodEvaluation], near: float) -> MethodEvaluation | None:
+    """The cheapest method that is nearly as accurate as the best; None where none was timed."""
+    rows = list(methods)
+    least = max(m.accuracy.value for m in rows) - near
+    timed = [m for m in rows if m.accuracy.value >= least and m.cpu.n]
+    return min(timed, key=lambda m: m.cpu.value, default=None)

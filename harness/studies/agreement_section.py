@@ -15,7 +15,6 @@ from steadyload.reports.interactive import STABLE, AnswerChart, AnsweredCase
 from steadyload.reports.pages.page import Picture
 from steadyload.reports.viewer.page import MARKS, player_html
 from steadyload.runs.agreement import AgreementMatrix
-from steadyload.runs.answers import Answers
 from steadyload.runs.provenance import provenance_lines
 
 
@@ -25,23 +24,17 @@ def agreement_picture(matrix: AgreementMatrix, more: str = "") -> Picture:
     In a browser: numbers of cases on which two methods differ, which cases these are, and the plan
     of each.
     """
-    cells = [
-        {"of": row, "and": column, "same": share}
-        for row, shares in zip(matrix.titles, matrix.shares, strict=True)
-        for column, share in zip(matrix.titles, shares, strict=True)
-    ]
-    figure = heat(cells, "and", "of", "same", label="same failing step (%)").figure
+    figure = heat(matrix.cells, "other", "of", "same", label="same failing step (%)").figure
     drawn = "Share of cases on which two methods name the same failing step, in per cent."
+    return Picture("agreement", figure, f"{drawn} {more}".rstrip(), answer_chart(matrix, more))
+
+
+def answer_chart(matrix: AgreementMatrix, more: str = "") -> AnswerChart | None:
+    """The chart in the place of the picture in a browser; None without the answers."""
+    answers = matrix.answers
+    if answers is None:
+        return None
     asked = "Number of cases on which two methods name different failing steps, or one names none."
-    chart = (
-        None
-        if matrix.answers is None
-        else _chart(matrix, matrix.answers, f"{asked} {more}".rstrip())
-    )
-    return Picture("agreement", figure, f"{drawn} {more}".rstrip(), chart)
-
-
-def _chart(matrix: AgreementMatrix, answers: Answers, caption: str) -> AnswerChart:
     titles = {method.spec: method.title for method in matrix.methods}
     specs, made = list(answers.said.columns), provenance_lines()
     cases = []
@@ -50,7 +43,8 @@ def _chart(matrix: AgreementMatrix, answers: Answers, caption: str) -> AnswerCha
         layout = answers.layouts.get((name, scenario))
         player = "" if layout is None else _player(layout, specs[0], steps[0], made)
         cases.append(AnsweredCase(name, str(scenario), steps, player))
-    return AnswerChart(tuple(titles.get(spec, spec) for spec in specs), tuple(cases), caption)
+    shown = tuple(titles.get(spec, spec) for spec in specs)
+    return AnswerChart(shown, tuple(cases), f"{asked} {more}".rstrip())
 
 
 def _step(said: object, items: int) -> int | None:

@@ -22,7 +22,7 @@ GROUP = "steadyload.studies"
 """Group of entry points of studies."""
 
 STUDIES: dict[str, str] = {
-    "comparison": "steadyload.studies.comparison.config:STUDY",
+    "comparison": "steadyload.studies.comparison.study:Comparison",
     "table5": "steadyload.studies.table5.config:STUDY",
     "sensitivity": "steadyload.studies.sensitivity.study:Sensitivity",
     "real": "steadyload.studies.real.config:STUDY",

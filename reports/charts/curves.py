@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from typing import Any
 
@@ -35,6 +36,7 @@ def curves(
     above: Field = "",
     ranks: bool = False,
     ends: bool = False,
+    across: int = 0,
     percent: str = "",
     log: str = "",
     ticks: str = "",
@@ -62,9 +64,10 @@ def curves(
         above: field of what the panels of one line show; lines of panels stand above each other.
         ranks: whether y is a rank: 1 stands on top, and every one has a tick.
         ends: whether a line's title stands at its end, in the last panel, and not in a legend.
+        across: panels beside each other; 0 for all of them.
         percent: axes of shares that are shown in per cent: "x", "y" or "xy".
         log: axes that are logarithmic, likewise.
-        ticks: numbers of the rows that x has its ticks at: "all", or those "apart" that upright
+        ticks: numbers of a panel that x has its ticks at: "all", or those "apart" that upright
             labels have room for; else as they come.
         diagonal: whether a dotted line shows where both are equal.
         x_label: label of x, or of each panel.
@@ -80,57 +83,63 @@ def curves(
     look_of = LOOKS[chosen(look, LOOKS, "look")]
     points = flat(rows, within)
     lines, dashes = list(grouped(points, title)), list(grouped(points, dash))
-    across = [x] if isinstance(x, str) else list(x)
-    panels = [(name, shown) for name in across for shown in grouped(points, panel)]
-    labels = [x_label] * len(panels) if isinstance(x_label, str) else list(x_label)
-    floors = grouped(points, above)
-    figure = Figure(figsize=size)
-    grid = figure.subplots(len(floors), len(panels), sharey=True, squeeze=False)
-    for drawn, (floor, own_rows) in zip(grid, floors.items(), strict=True):
-        by_panel = grouped(own_rows, panel)
-        for axes, (name, shown), label in zip(drawn, panels, labels, strict=True):
-            if diagonal:
-                axes.plot([0, 100], [0, 100], color="#7f7f7f", linewidth=0.8, linestyle=":")
-            members = by_panel.get(shown, [])
-            if not members:
-                axes.set_axis_off()
+    names = [x] if isinstance(x, str) else list(x)
+    beside = [(name, shown) for name in names for shown in grouped(points, panel)]
+    labels = [x_label] * len(beside) if isinstance(x_label, str) else list(x_label)
+    panels = [
+        (floor, name, shown, grouped(own, panel).get(shown, []), label)
+        for floor, own in grouped(points, above).items()
+        for (name, shown), label in zip(beside, labels, strict=True)
+    ]
+    across = across or len(beside)
+    lines_of_panels = math.ceil(len(panels) / across)
+    wrapped = lines_of_panels > 1 and not above
+    figure = Figure(figsize=size, layout="constrained" if wrapped else None)
+    drawn = figure.subplots(lines_of_panels, across, sharey=True, squeeze=False).ravel()
+    for axes in drawn[len(panels) :]:
+        axes.remove()
+    for axes, (floor, name, shown, members, label) in zip(drawn, panels, strict=False):
+        if diagonal:
+            axes.plot([0, 100], [0, 100], color="#7f7f7f", linewidth=0.8, linestyle=":")
+        if not members:
+            axes.set_axis_off()
+            continue
+        texts = _texts(members, name)
+        for line, own in grouped(members, title).items():
+            own = [row for row in own if value(row, y) is not None]
+            if not own:
                 continue
-            texts = _texts(members, name)
-            for line, own in grouped(members, title).items():
-                own = [row for row in own if value(row, y) is not None]
-                if not own:
-                    continue
-                own.sort(key=lambda row: _place(value(row, name), texts))
-                seen = look_of(value(own[0], of or title), lines.index(line))
-                dashed = dashes.index(value(own[0], dash)) if dash else 0
-                drawn_as = _THIN if thin and value(own[0], thin) else {}
-                _draw(
-                    axes, _across(own, name, texts, _scale("x", percent)),
-                    along(own, y, _scale("y", percent)),
-                    marker=seen.marker, color=seen.colour, markerfacecolor=seen.face,
-                    linestyle=DASHES[dashed % len(DASHES)], label=line,
-                    **{**_STYLE, **style, **drawn_as},
-                )  # fmt: skip
-            axes.set(xscale="log" if "x" in log else "linear")
-            axes.set(yscale="log" if "y" in log else "linear")
-            axes.yaxis.set_major_formatter(PLAIN_TICKS)
-            if texts:
-                axes.set_xticks(range(len(texts)), texts, rotation=30)
-            elif chosen(ticks, ("", "all", "apart"), "ticks"):
-                _tick(axes, {value(row, name) for row in points}, ticks)
-            axes.set_xlabel(label)
-            if shown or floor:
-                axes.set_title(": ".join(filter(None, map(str, (floor, shown)))), fontsize=9.0)
-            axes.grid(visible=True, linewidth=0.4, alpha=0.6)
-        drawn[0].set_ylabel(y_label)
-        if ends:
-            _name_ends(drawn[-1])
+            own.sort(key=lambda row: _place(value(row, name), texts))
+            seen = look_of(value(own[0], of or title), lines.index(line))
+            dashed = dashes.index(value(own[0], dash)) if dash else 0
+            drawn_as = _THIN if thin and value(own[0], thin) else {}
+            _draw(
+                axes, _across(own, name, texts, _scale("x", percent)),
+                along(own, y, _scale("y", percent)),
+                marker=seen.marker, color=seen.colour, markerfacecolor=seen.face,
+                linestyle=DASHES[dashed % len(DASHES)], label=line,
+                **{**_STYLE, **style, **drawn_as},
+            )  # fmt: skip
+        axes.set(xscale="log" if "x" in log else "linear", yscale="log" if "y" in log else "linear")
+        axes.yaxis.set_major_formatter(PLAIN_TICKS)
+        if texts:
+            axes.set_xticks(range(len(texts)), texts, rotation=30)
+        elif chosen(ticks, ("", "all", "apart"), "ticks"):
+            _tick(axes, {value(row, name) for row in members}, ticks)
+        axes.set_xlabel(label)
+        if shown or floor:
+            axes.set_title(": ".join(filter(None, map(str, (floor, shown)))), fontsize=9.0)
+        axes.grid(visible=True, linewidth=0.4, alpha=0.6)
+        if ends and shown == beside[-1][1]:
+            _name_ends(axes)
+    for axes in drawn[::across]:
+        axes.set_ylabel(y_label)
     if y_from is not None:
-        grid[0][0].set_ylim(bottom=y_from)
+        drawn[0].set_ylim(bottom=y_from)
     if ranks:
         most = max(value(row, y) for row in points)
-        grid[0][0].set(ylim=(most + 0.5, 0.5), yticks=range(1, most + 1))
-    if len(floors) > 1:
+        drawn[0].set(ylim=(most + 0.5, 0.5), yticks=range(1, most + 1))
+    if above:
         figure.tight_layout()
     if not ends:
         legend(figure, "beside")

@@ -32,7 +32,7 @@ def forest(
         title: field of the row's title.
         panel: field of what a panel shows, which is its title; panels stand beside each other.
         look: what fixes colour and marker, one of :data:`steadyload.reports.style.LOOKS`.
-        of: field of the method or engine that has this look; else it is of the title.
+        of: field of the method, engine or group that has this look; else it is of the title.
         dots: field of single values [0 to 1] that are drawn below the estimate.
         zero: whether a line marks 0.
         x_label: label of x.
@@ -42,12 +42,14 @@ def forest(
     """
     look_of = LOOKS[chosen(look, LOOKS, "look")]
     panels, titles = grouped(rows, panel), list(grouped(rows, title))
+    looks = list(grouped(rows, of or title))
     figure = Figure(figsize=(2.2 + 2.2 * len(panels), 0.9 + 0.32 * len(titles)))
     drawn = figure.subplots(1, len(panels), sharey=True, squeeze=False)[0]
     for axes, (shown, members) in zip(drawn, panels.items(), strict=True):
         for row in members:
             level = titles.index(value(row, title))
-            seen = look_of(value(row, of or title), level)
+            like = value(row, of or title)
+            seen = look_of(like, looks.index(like))
             found = along([row], x, 100.0)
             axes.errorbar(
                 found.values, [-level], xerr=found.reaches, fmt=seen.marker, color=seen.colour,

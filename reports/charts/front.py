@@ -19,9 +19,9 @@ from steadyload.reports.charts.drawing import (
     set_cost_axis,
     spread_the_top,
 )
-from steadyload.reports.charts.rows import Field, along, estimate_of, method_of, value
+from steadyload.reports.charts.rows import Field, along, chosen, estimate_of, method_of, value
 from steadyload.reports.interactive import CostChart, CostPoint
-from steadyload.reports.style import LOOKS, colour, face, marker
+from steadyload.reports.style import LOOKS, Look, colour, face, marker
 
 
 def front(
@@ -31,6 +31,8 @@ def front(
     *,
     method: Field = "method",
     lines: Mapping[str, Sequence[Any]] | None = None,
+    look: str = "method",
+    of: Field = "",
     note: Field = "",
     spread: bool = False,
     groups: Mapping[str, Sequence[Any]] | None = None,
@@ -48,6 +50,8 @@ def front(
         y: field of the share, an estimate.
         method: field of the :class:`steadyload.reports.style.Identified` that is shown.
         lines: by title, rows whose points a line joins, in their order.
+        look: what fixes colour and marker of lines, one of :data:`steadyload.reports.style.LOOKS`.
+        of: field of the method or engine that has this look; else it is of the method.
         note: field of the text at points of lines.
         spread: whether shares near 100 % are drawn apart.
         groups: rows by title of a group of cases: then the HTML page shows one at a time.
@@ -69,14 +73,15 @@ def front(
             [], [], marker(key), color=colour(key), markerfacecolor=face(key), markersize=7,
             label=key.title,
         )  # fmt: skip
-    if any(point.cost.value > 0.0 for point in points):
+    drawn = list(chain(rows, *lines.values()))
+    if any(value(row, x).value > 0.0 for row in drawn):
         set_cost_axis(axes)
     axes.set_xlabel(x_label)
     axes.set_ylabel(y_label)
     for title, members in lines.items():
-        _join(axes, title, members, (x, y, method), note)
+        seen = LOOKS[chosen(look, LOOKS, "look")](_identified(members[0], method, of), 0)
+        _join(axes, title, members, (x, y), seen, note)
     if spread:
-        drawn = chain(rows, *lines.values())
         spread_the_top(axes, min(100 * value(row, y).low for row in drawn))
     legend(figure, "beside")
     if not groups:
@@ -97,12 +102,15 @@ def _points(rows: Sequence[Any], x: str, y: str, method: str) -> list[CostPoint]
     return [point for point in found if not math.isnan(point.share.value)]
 
 
+def _identified(row: Any, method: str, of: str) -> Any:
+    return value(row, of) if of else method_of(row, method)
+
+
 def _join(
-    axes: Axes, title: str, rows: Sequence[Any], fields: tuple[str, str, str], note: str
+    axes: Axes, title: str, rows: Sequence[Any], fields: tuple[str, str], look: Look, note: str
 ) -> None:
-    """A line through points of one method, with a text at each."""
-    x, y, method = fields
-    look = LOOKS["method"](method_of(rows[0], method), 0)
+    """A line through points, with a text at each."""
+    x, y = fields
     costs, shares = along(rows, x), along(rows, y, 100.0)
     axes.errorbar(
         costs.values, shares.values, yerr=shares.reaches, marker=look.marker, color=look.colour,
@@ -116,4 +124,5 @@ def _join(
             textcoords="offset points",
             ha="right",
             fontsize=8,
+            color=look.colour,
         )

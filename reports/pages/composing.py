@@ -70,6 +70,7 @@ def composed(template: Path, values: Mapping[str, Any], made_with: Mapping[str, 
     * ``table(rows, chosen, titles)`` of :func:`steadyload.reports.columns.table`, with or without;
     * ``KIND(name, ...)`` for a kind of :data:`steadyload.reports.charts.kinds.KINDS`, with the name
       of its file, and what the kind takes;
+    * ``as_it_is(text)`` for Markdown that comes with the results, whose lines stay;
     * ``figure(name, figure, interactive=None)`` for a figure that is drawn already.
 
     Args:
@@ -165,7 +166,7 @@ def page_environment(folder: Path, blocks: list[Block]) -> jinja2.Environment:
     environment.filters["verbatim"] = _verbatim
     environment.tests["known"] = lambda value: value is not None and not math.isnan(value)
     environment.globals |= {kind: drawing(draw) for kind, draw in KINDS.items()}
-    environment.globals |= {"table": tabulated, "figure": chart}
+    environment.globals |= {"table": tabulated, "figure": chart, "as_it_is": placed}
     return environment
 
 
@@ -182,7 +183,12 @@ def _said(value: object) -> object:
 def _section(part: str, blocks: Sequence[Block]) -> Section:
     heading, _, body = part.partition("\n")
     texts = _BLOCK.split(body)  # text, number, text, ...
-    placed = [blocks[int(p)] if k % 2 else _flowing(p) for k, p in enumerate(texts)]
+    placed: list[Block] = []
+    for k, text in enumerate(texts):
+        block = blocks[int(text)] if k % 2 else _flowing(text)
+        if block and isinstance(block, str) and placed and isinstance(placed[-1], str):
+            block = f"{placed.pop()}\n\n{block}"
+        placed += [block] if block else []
     return Section(heading.strip(), placed=placed)
 
 

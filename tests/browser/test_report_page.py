@@ -12,8 +12,8 @@ from steadyload.runs import answers
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.results import load_results
 from steadyload.runs.runner import run_study
-from steadyload.studies.comparison.page import study_page
-from steadyload.studies.comparison.summary import compare
+from steadyload.studies.comparison.comparing import compare
+from steadyload.studies.comparison.study import Comparison
 from steadyload.studies.table5.page import table5_page
 from steadyload.studies.table5.study import Table5Options, judge_table5, time_table5
 from steadyload.studies.table5.summary import summarise
@@ -27,7 +27,9 @@ def run(tmp_path_factory):
     folder = tmp_path_factory.mktemp("run")
     study = StudyDefinition(name="few", methods=METHODS, benchmark="test", limit=4, shard_size=60)
     run_study(study, folder, workers=0)
-    return write_page(study_page(compare(folder)), folder).with_suffix(".html")
+    return write_page(Comparison(directory=folder).page(compare(folder)), folder).with_suffix(
+        ".html"
+    )
 
 
 @pytest.fixture(scope="module")
@@ -212,7 +214,11 @@ def test_a_run_of_more_cases_than_a_page_lists_has_the_picture_alone(run, tmp_pa
     found = compare(run.parent)
     assert found.cases == 12
     assert found.matrix.answers is None
-    page = write_page(study_page(found), tmp_path).with_suffix(".html").read_text()
+    page = (
+        write_page(Comparison(directory=tmp_path).page(found), tmp_path)
+        .with_suffix(".html")
+        .read_text()
+    )
     assert 'data-name="accuracy"' in page
     assert 'data-name="agreement"' not in page
     assert 'id="players"' not in page

@@ -28,8 +28,8 @@ from steadyload.reports.pages.writing import write_page
 from steadyload.runs.definition import load_study
 from steadyload.runs.results import load_manifest
 from steadyload.runs.runner import run_study
-from steadyload.studies.comparison.page import study_page
-from steadyload.studies.comparison.summary import compare
+from steadyload.studies.comparison.comparing import compare
+from steadyload.studies.comparison.study import Comparison
 
 HELD = Envelope(3, 10.0, 100.0, 2.0, 50.0, 20, True)
 
@@ -281,7 +281,9 @@ def test_the_most_frequent_reason_comes_first(study):
 
 def test_a_page_says_it_too(study, tmp_path, undrawn):
     run_study(load_study(study / "study.toml"), study / "run")
-    text = write_page(study_page(compare(study / "run")), tmp_path / "page").read_text()
+    text = write_page(
+        Comparison(directory=study / "run").page(compare(study / "run")), tmp_path / "page"
+    ).read_text()
     part = text.partition("## Beyond the engines' envelopes")[2].partition("\n## ")[0]
     assert "| 1 of 2" in part
     assert "heavy: an item 1e+06 times as heavy" in part
@@ -292,7 +294,9 @@ def test_a_page_knows_a_method_however_it_was_spelt(study, tmp_path, undrawn):
     asked = load_study(study / "study.toml")
     asked = dataclasses.replace(asked, methods=("simulation@bullet:frequency=60.0",))
     run_study(asked, study / "run")
-    text = write_page(study_page(compare(study / "run")), tmp_path / "page").read_text()
+    text = write_page(
+        Comparison(directory=study / "run").page(compare(study / "run")), tmp_path / "page"
+    ).read_text()
     assert "heavy: an item 1e+06 times as heavy" in text
 
 
@@ -301,7 +305,9 @@ def test_a_page_of_an_older_run_says_nothing(study, tmp_path, undrawn):
     manifest = load_manifest(study / "run")
     del manifest["envelope"]
     (study / "run" / "manifest.json").write_text(json.dumps(manifest))
-    text = write_page(study_page(compare(study / "run")), tmp_path / "page").read_text()
+    text = write_page(
+        Comparison(directory=study / "run").page(compare(study / "run")), tmp_path / "page"
+    ).read_text()
     assert "envelopes" not in text
 
 

@@ -27,8 +27,8 @@ from steadyload.runs.definition import load_study
 from steadyload.runs.pool import IN_THIS_PROCESS
 from steadyload.runs.runner import run_study
 from steadyload.runs.store import Store
-from steadyload.studies.comparison.page import study_page
-from steadyload.studies.comparison.summary import compare
+from steadyload.studies.comparison.comparing import compare
+from steadyload.studies.comparison.study import Comparison
 from steadyload.studies.kit import Lab
 from steadyload.studies.properties.outcomes import Standing
 from steadyload.studies.properties.study import Properties
@@ -419,7 +419,7 @@ def test_properties_static_baselines_and_accuracies_stand_on_one_page(tmp_path, 
     )
     run_study(load_study(definition), tmp_path / "s")
     tested = Properties().page(table)
-    accuracies = study_page(compare(tmp_path / "s"))
+    accuracies = Comparison(directory=tmp_path / "s").page(compare(tmp_path / "s"))
     page = Page(
         "Baselines", accuracies.summary, [*accuracies.sections, *tested.sections],
         accuracies.manifest | tested.manifest,

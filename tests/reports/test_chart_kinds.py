@@ -100,6 +100,16 @@ def test_a_front_by_groups_is_a_chart_of_the_html_page_and_marks_what_no_cheaper
     ]  # fmt: skip
 
 
+def test_lines_of_a_front_can_look_like_engines_without_a_point_beside_them():
+    share = Estimate(0.5, 0.4, 0.6, 9)
+    members = [Point(PS3, Estimate(ms, ms, ms, 9), share, str(ms)) for ms in (1.0, 2.0)]
+    lines = dict.fromkeys(("bullet", "mujoco"), members)
+    [axes] = front([], lines=lines, look="engine", of="method.engine", note="budget").figure.axes
+    assert axes.get_xscale() == "log"
+    drawn = {line.get_color() for line in axes.lines}
+    assert drawn == {text.get_color() for text in axes.texts} == {engine_colour("bullet")}
+
+
 def test_changes_stand_in_a_panel_each_with_what_they_are_compared_with():
     share, cost = Estimate(0.2, 0.1, 0.3, 9), Estimate(0.5, 0.4, 0.6, 9)
     tables = [
@@ -195,6 +205,19 @@ def test_curves_over_several_numbers_have_a_panel_each():
     ]  # fmt: skip
 
 
+def test_panels_of_curves_wrap_and_have_ticks_of_their_own():
+    rows = [{"what": w, "n": k * n, "share": 0.1} for k, w in enumerate("abc", 1) for n in (1, 9)]
+    figure = curves(
+        rows, "n", "share", title="", panel="what", across=2, log="x", ticks="all", y_label="y"
+    ).figure  # fmt: skip
+    assert [list(axes.get_xticks()) for axes in figure.axes] == [[1, 9], [2, 18], [3, 27]]
+    assert [axes.get_ylabel() for axes in figure.axes] == ["y", "", "y"]
+    places = [axes.get_subplotspec() for axes in figure.axes]
+    assert [(place.rowspan.start, place.colspan.start) for place in places] == [
+        (0, 0), (0, 1), (1, 0),
+    ]  # fmt: skip
+
+
 def test_curves_of_one_engine_look_alike_and_dashes_show_another_field():
     rows = [
         {"title": f"{engine} {scope}", "engine": engine, "scope": scope, "n": n, "ms": n}
@@ -216,6 +239,9 @@ def test_stacked_bars_begin_where_the_part_before_ends(parts):
     assert np.allclose([bar.get_x() for bar in second], [100 * a for a, _ in parts])
     assert np.allclose([bar.get_width() for bar in second], [100 * b for _, b in parts])
     assert [text.get_text() for text in axes.get_yticklabels()] == [r["title"] for r in rows]
+    [axes] = bars(rows, {"a": "1", "b": "2"}, percent=False, x_label="x").figure.axes
+    sums = [float(text.get_text()) for text in axes.texts]
+    assert np.allclose(sums, [a + b for a, b in parts], rtol=0.01)
 
 
 def test_columns_of_numbers_stand_at_their_place_and_others_in_groups():
@@ -252,6 +278,13 @@ def test_a_forest_has_a_row_a_title_and_a_panel_a_value(shares):
         assert np.allclose(
             [xy[:, 0] for xy in drawn[1::2]], [(100 * s.low, 100 * s.high) for s in shares]
         )
+
+
+def test_rows_of_a_forest_look_like_their_group():
+    rows = [{"title": str(k), "kind": kind, "share": 0.5} for k, kind in enumerate("abba")]
+    [axes] = forest(rows, "share", of="kind", x_label="x").figure.axes
+    first, second, third, fourth = (line.get_color() for line in axes.lines)
+    assert first == fourth != second == third
 
 
 @few

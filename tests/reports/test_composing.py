@@ -8,7 +8,15 @@ import pytest
 from matplotlib.figure import Figure
 
 from steadyload.reports.charts.rows import ChartError
-from steadyload.reports.columns import TableError, column, fixed, percent, row, table
+from steadyload.reports.columns import (
+    TableError,
+    column,
+    columns_of,
+    fixed,
+    percent,
+    row,
+    table,
+)
 from steadyload.reports.pages.composing import TemplateError, composed
 from steadyload.reports.pages.page import Picture
 from steadyload.reports.pages.writing import write_page
@@ -173,9 +181,28 @@ def test_rows_are_shown_as_they_declare():
     assert lines(table(METHODS, "length name", titles={"length": "letters"}))[:1] == [
         "| letters | method |"
     ]
+    assert lines(table(METHODS, "name right.n time.cpu_s", titles={"right.n": "cases"})) == [
+        "| method | cases | CPU s |",
+        "| ------ | ----: | ----: |",
+        "| sme | 4 | - |",
+        "| fbs | 4 | 2 |",
+    ]
     assert table([]) is None
+    assert [lines(Table(METHODS, [columns_of(Method)[name]]))[2] for name in ("name", "right")] == [
+        "| sme |", "| 50.0 [25.0, 75.0] |",
+    ]  # fmt: skip
 
 
 def test_a_name_that_rows_do_not_have_is_an_error():
     with pytest.raises(TableError, match="nam"):
         str(table(METHODS, "nam"))
+    with pytest.raises(TableError, match=r"no field 'time.cpu'; did you mean 'cpu_s'"):
+        table(METHODS, "time.cpu")
+
+
+def test_a_template_takes_macros_from_the_folder_above(made, tmp_path):
+    (tmp_path.parent / "shared.md.j2").write_text(
+        "{% macro twice(x) %}{{ x }}{{ x }}{% endmacro %}"
+    )
+    page = made("{% from 'shared.md.j2' import twice %}# T\nIt is {{ twice(name) }}.", name="so")
+    assert page.summary == "It is soso."

@@ -156,7 +156,7 @@ class _Checker:
             if isinstance(title, nodes.Dict):
                 names += [p.key.value for p in title.items if isinstance(p.key, nodes.Const)]
         for name in names:
-            self.attribute(of, name, node.lineno)
+            self.path(of, name, node.lineno)
 
     def _chart(self, kind, node, scope):
         """Fields that a chart names, those that it takes by default among them."""

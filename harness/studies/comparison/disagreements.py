@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,13 +10,14 @@ import pandas as pd
 
 from steadyload.layouts.model.layout import Layout
 from steadyload.layouts.model.naming import box_id
+from steadyload.reports.columns import column, markdown, row
 from steadyload.runs.answers import LABEL, Case
 from steadyload.runs.judged import JudgedCases
 
 _MOST = 10
 
 
-@dataclass(frozen=True, slots=True)
+@row
 class Disagreement:
     """A case on which methods differ, with each verdict: failing step (with the id of its box,
     if it has one), ``stable`` or a status.
@@ -25,10 +25,10 @@ class Disagreement:
     ``drawn``: the layout as it was judged. ``marked``: the failing steps of all methods.
     """
 
-    layout: str
-    scenario: str
-    item_count: int
-    said: Mapping[str, str]
+    layout: str = column(form=markdown)
+    scenario: str = column()
+    item_count: int = column("items")
+    said: Mapping[str, str] = column("{}", markdown)
     drawn: Layout
     marked: tuple[int, ...]
 

@@ -21,8 +21,8 @@ from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.results import load_results
 from steadyload.runs.runner import run_study
 from steadyload.runs.worker import worker_environment
-from steadyload.studies.comparison.summary import compare
 from steadyload.studies.kit import Asked, Lab
+from steadyload.studies.registry import study
 
 METHODS = ("fbs", "pbs0.9", "pbs0.7", "pbs0.5")
 """Cheap methods, so that the measured needs are those of everything but judging."""
@@ -71,7 +71,7 @@ class Size(Asked[Point], question="scale", methods=METHODS, repetitions=REPETITI
         with tempfile.TemporaryDirectory(prefix="steadyload-scale-") as name:
             folder = Path(name) / "run"
             run = _in_fresh_process(_run, folder, self.rows // _ROWS_A_LAYOUT, self.workers)
-            load, report = (_in_fresh_process(step, folder) for step in (load_results, compare))
+            load, report = (_in_fresh_process(step, folder) for step in (load_results, _report))
             size = sum(file.stat().st_size for file in folder.rglob("*") if file.is_file())
         return Point(self.rows, size / 2**20, run, load, report)
 
@@ -99,10 +99,15 @@ def measured(row_counts: Sequence[int], lab: Lab) -> Found:
 
 
 def _run(folder: Path, layouts: int, workers: int) -> None:
-    study = StudyDefinition(
+    definition = StudyDefinition(
         "scale", METHODS, generated=layouts, seed=1, repetitions=REPETITIONS, shard_size=100
     )
-    run_study(study, folder, workers=workers)
+    run_study(definition, folder, workers=workers)
+
+
+def _report(folder: Path) -> None:
+    comparison: Any = study("comparison")
+    comparison(directory=folder).run(Lab(folder))
 
 
 def _in_fresh_process(step: Callable[..., Any], *arguments: Any) -> Needs:

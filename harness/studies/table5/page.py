@@ -8,9 +8,9 @@ from steadyload.layouts.model.question import Question
 from steadyload.reports.pages.composing import composed
 from steadyload.reports.pages.page import Page, Section
 from steadyload.reports.table import counts, factor, markdown_table, milliseconds, names, percent
-from steadyload.runs.evaluation import ALL, MethodEvaluation
+from steadyload.runs.evaluation import ALL, MethodEvaluation, cheapest_near
 from steadyload.studies.agreement_section import agreement_picture
-from steadyload.studies.method_sections import best_in_words, cheapest_near
+from steadyload.studies.method_sections import best_in_words
 from steadyload.studies.table5.accuracy_sections import (
     accuracy_and_cost,
     by_class,

@@ -1,0 +1,36 @@
+"""Methods compared on the cases of a run that was judged: the page of a study file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from steadyload.config import REQUIRED
+from steadyload.studies.kit import Lab, PublishedPage, Study, operand
+
+if TYPE_CHECKING:
+    from steadyload.studies.comparison.comparing import Found
+
+
+class Comparison(Study["Found"]):
+    """Which run is compared; the run itself is ``steadyload study run``."""
+
+    question = "How do methods compare on many layouts: accuracy, cost, and where they disagree?"
+    about = "write report.md of a study's folder"
+    command_words = "report"
+    workers = None
+    pages = (
+        PublishedPage(
+            "accuracy", "runs/accuracy",
+            ("study run reports/published/accuracy/study.toml -o runs/accuracy",),
+            rows="runs/accuracy",
+        ),
+    )  # fmt: skip
+
+    directory: Path = operand(REQUIRED, "folder of a study's run", metavar="DIR")
+
+    def run(self, lab: Lab) -> Found:
+        """Compared from the rows of the run; nothing is judged."""
+        from steadyload.studies.comparison.comparing import compare
+
+        return compare(self.directory)
