@@ -37,7 +37,7 @@ STUDIES: dict[str, str] = {
     "precision": "steadyload.studies.precision.config:STUDY",
     "scope": "steadyload.studies.scope.study:Scope",
     "closed_forms": "steadyload.studies.closed_forms.config:STUDY",
-    "convergence": "steadyload.studies.convergence.config:STUDY",
+    "convergence": "steadyload.studies.convergence.study:Convergence",
     "extremes": "steadyload.studies.extremes.config:STUDY",
     "properties": "steadyload.studies.properties.study:Properties",
     "benchmark": "steadyload.studies.benchmark.config:STUDY",

@@ -15,7 +15,8 @@ from steadyload.engines.world import (
     WorldSettings,
 )
 from steadyload.methods import make_method
-from steadyload.studies.convergence.study import run_convergence
+from steadyload.studies.convergence.judging import judged
+from steadyload.studies.kit import Lab
 
 NEEDS_DRAKE = pytest.mark.deep("needs the extra drake")
 CUBE = Box((0.1, 0.1, 0.1), 1.0, (0.0, 0.0, 0.05))
@@ -148,5 +149,5 @@ def test_a_missing_judge_shows_before_anything_is_computed(monkeypatch, tmp_path
     )
     monkeypatch.setitem(registry.ENGINES, "drake", entry)
     with pytest.raises(EngineNotInstalledError, match="drake"):
-        run_convergence(tmp_path / "work", layouts=1, sample=1, opinions=("label@drake",))
+        judged(Lab(tmp_path / "work"), layouts=1, sample=1, opinions=("label@drake",))
     assert not (tmp_path / "work").exists()

@@ -1,18 +1,31 @@
-"""Typed results on the convergence of the reference's labels."""
+"""Labels of the reference compared with those of changed references and of other methods."""
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
 
 from steadyload.methods.contract.method import Status
 from steadyload.methods.registry import make_method
+from steadyload.reports.columns import (
+    cell,
+    column,
+    counts,
+    general,
+    markdown,
+    milliseconds,
+    names,
+    percent,
+    row,
+    significant,
+)
+from steadyload.runs.costs import CostKind, CostSource
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import mean, share
-from steadyload.studies.convergence.study import BASE, ENGINES, LOOKED_AT, VARIANTS, canonical
+from steadyload.studies.convergence.judging import BASE, ENGINES, LOOKED_AT, VARIANTS, canonical
 
 STABLE = "stable"
 _NUMERICAL = frozenset(
@@ -28,71 +41,96 @@ _SOFT = 1e8
 """Below this stiffness [N/m] a change is one of the model, not of its numerics."""
 
 
-@dataclass(frozen=True, slots=True)
-class ConvergenceRow:
-    """A changed reference, or another method, compared with the reference itself.
-
-    ``changed``: share of layouts with another label; ``changed_stable`` of those that the reference
-    calls stable, ``changed_unstable`` of the others. ``earlier``, ``later``: layouts that fail at
-    an earlier or later step. ``cpu``, ``slowest`` in ms a layout. ``value``: position on an axis.
-    """
+@row
+class Compared:
+    """A changed reference, or another method, compared with the reference itself."""
 
     group: str
-    title: str
+    title: str = column()
     spec: str
-    value: float | None
-    changed: Estimate
-    changed_stable: Estimate
-    changed_unstable: Estimate
-    earlier: int
-    later: int
-    cpu: Estimate
-    slowest: float
-    without_verdict: Mapping[str, int]
+    value: float | None = column(about="position on an axis")
+    changed: Estimate = column("changed %", percent, "share of layouts with another label")
+    changed_stable: Estimate = column("of stable %", percent, "of those that the reference holds")
+    changed_unstable: Estimate = column("of unstable %", percent)
+    earlier: int = column(about="layouts that fail at an earlier step")
+    later: int = column()
+    cpu: Estimate = column("CPU ms", milliseconds)
+    slowest: float = column("slowest ms", significant)
+    without_verdict: Mapping[str, int] = column("without verdict", counts, notable=True)
+
+    @property
+    def equal(self) -> Estimate:
+        """Share of layouts with the same label."""
+        changed = self.changed
+        return Estimate(1.0 - changed.value, 1.0 - changed.high, 1.0 - changed.low, changed.n)
+
+    @property
+    def note(self) -> str:
+        """The position as text."""
+        return general(self.value)
 
 
-@dataclass(frozen=True, slots=True)
+@row
+class Measured:
+    """A quantity of the reference."""
+
+    what: str = column(" ")
+    measured: str = column(left=False)
+
+
+def _moved(movement: tuple[float, float] | None) -> str:
+    return cell(movement and "{:.1f} cm, {:.1f} deg".format(*movement))
+
+
+@row
 class LabelDispute:
-    """A layout on which another method differs: failing steps, ``stable`` or a status.
+    """A layout on which another method differs: failing steps, ``stable`` or a status."""
 
-    ``displacement_cm`` and ``rotation_deg`` are those of the reference at its failing step.
-    ``changes_under`` names those changes of the reference, of ``tried`` ones, that change the
-    label, too.
-    """
-
-    layout: str
-    item_count: int
-    label: str
-    displacement_cm: float | None
-    rotation_deg: float | None
-    said: Mapping[str, str]
-    tried: int
-    changes_under: tuple[str, ...]
+    layout: str = column(form=markdown)
+    item_count: int = column("items")
+    label: str = column("reference", left=False)
+    moved: tuple[float, float] | None = column(
+        form=_moved, about="cm and degrees, of the reference at its failing step"
+    )
+    said: Mapping[str, str] = column("{}")
+    changes_under: Sequence[str] = column(
+        "label changes under", names, "changes of the reference that change the label, too"
+    )
 
 
-@dataclass(frozen=True, slots=True)
-class Convergence:
+@row
+class Found:
     """Convergence of the reference's labels.
 
     ``any_change``: share of layouts whose label changes under any change of the numerics.
-    ``by_size``: CPU time of the reference in ms a layout, by number of items.
     """
 
-    items: Estimate
-    stable: Estimate
-    reference: ConvergenceRow
-    variants: tuple[ConvergenceRow, ...]
-    engines: tuple[ConvergenceRow, ...]
-    opinions: tuple[ConvergenceRow, ...]
+    reference: Sequence[Measured]
+    variants: Sequence[Compared]
+    engines: Sequence[Compared]
+    opinions: Sequence[Compared]
     any_change: Estimate
-    by_size: tuple[tuple[str, Estimate], ...]
-    disputes: tuple[LabelDispute, ...]
+    disputes: Sequence[LabelDispute]
+    made_with: Mapping[str, str]
+    costs: str = CostSource(CostKind.ONE_PROCESS).explained()
+
+    @property
+    def swept(self) -> list[Compared]:
+        """Changes of a parameter that took several values."""
+        numbered = [own for own in self.variants if own.value is not None]
+        groups = Counter(own.group for own in numbered)
+        return [own for own in numbered if groups[own.group] > 1]
 
 
-def convergence(
-    everything: pd.DataFrame, sweep: pd.DataFrame, opinions: pd.DataFrame | None = None
-) -> Convergence:
-    """The summary of the results of :func:`convergence_studies`."""
+def compare(
+    made_with: Mapping[str, str],
+    everything: pd.DataFrame,
+    sweep: pd.DataFrame,
+    opinions: pd.DataFrame | None = None,
+) -> Found:
+    """The comparison of the results of :func:`.convergence_studies`; methods that have not judged
+    are left out.
+    """
     said = _answers(everything)
     swept = _answers(sweep)
     variants = [
@@ -117,16 +155,27 @@ def convergence(
     ]
     both = swept.join(said[[c for c in said.columns if c not in swept.columns]])
     base = everything[everything["method"] == BASE]
-    return Convergence(
-        items=mean(base["item_count"]),
-        stable=share((said[BASE] == STABLE).to_numpy()),
-        reference=_row("", "default", BASE, None, said, everything),
-        variants=tuple(variants),
-        engines=tuple(engines),
-        opinions=tuple(slow),
-        any_change=share(_changed(both, numerical)),
-        by_size=tuple(_by_size(base)),
-        disputes=tuple(_disputes(said, both, base)),
+    any_change = share(_changed(both, numerical))
+    default = _row("", "default", BASE, None, said, everything)
+    return Found(
+        reference=[
+            Measured("layouts", str(default.changed.n)),
+            Measured("items a layout", milliseconds(mean(base["item_count"]))),
+            Measured("stable %", percent(share((said[BASE] == STABLE).to_numpy()))),
+            Measured("CPU ms a layout", milliseconds(default.cpu)),
+            Measured("slowest, ms", significant(default.slowest)),
+            *(Measured(f"CPU ms, {band}", milliseconds(time)) for band, time in _by_size(base)),
+            Measured("without verdict", counts(default.without_verdict)),
+            Measured(
+                f"label changes under any other numerics %, n = {any_change.n}", percent(any_change)
+            ),
+        ],
+        variants=variants,
+        engines=engines,
+        opinions=slow,
+        any_change=any_change,
+        disputes=_disputes(said, both, base),
+        made_with=made_with,
     )
 
 
@@ -145,12 +194,12 @@ def _row(
     value: float | None,
     said: pd.DataFrame,
     results: pd.DataFrame,
-) -> ConvergenceRow:
+) -> Compared:
     answered = said[said[spec].notna() & said[BASE].notna()]  # of a study that is not finished
     base, other = answered[BASE], answered[spec]
     changed, stable = (base != other).to_numpy(), (base == STABLE).to_numpy()
     own = results[results["method"] == spec]
-    return ConvergenceRow(
+    return Compared(
         group=group,
         title=title,
         spec=spec,
@@ -193,19 +242,23 @@ def _disputes(said: pd.DataFrame, swept: pd.DataFrame, base: pd.DataFrame) -> li
     }
     disputes = []
     for layout in said.index[_changed(said, specs)]:
-        label, row = said.loc[layout, BASE], base.loc[layout]
+        label = said.loc[layout, BASE]
         table = swept if layout in swept.index else said
         tried = [v for v in VARIANTS if v.spec in table.columns]
         disputes.append(
             LabelDispute(
                 layout=str(layout),
-                item_count=int(row["item_count"]),
+                item_count=int(base.loc[layout, "item_count"]),
                 label=label,
-                displacement_cm=_number(row["displacement_cm"]),
-                rotation_deg=_number(row["rotation_deg"]),
+                moved=None
+                if base.loc[layout, ["displacement_cm", "rotation_deg"]].isna().any()
+                else (
+                    float(base.loc[layout, "displacement_cm"]),
+                    float(base.loc[layout, "rotation_deg"]),
+                ),
                 said={title: said.loc[layout, spec] for title, spec in fine.items()},
-                tried=len(tried),
-                changes_under=tuple(v.title for v in tried if table.loc[layout, v.spec] != label),
+                changes_under=[v.title for v in tried if table.loc[layout, v.spec] != label]
+                or [f"none of {len(tried)}"],
             )
         )
     return disputes

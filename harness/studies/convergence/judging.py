@@ -1,0 +1,172 @@
+"""Convergence study: the reference under other numerics and models, and other methods, judged."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import pandas as pd
+
+from steadyload.methods.registry import make_method
+from steadyload.runs.definition import StudyDefinition
+from steadyload.runs.provenance import provenance_lines
+from steadyload.runs.results import load_manifest, load_results
+from steadyload.runs.runner import run_study
+from steadyload.studies.kit import Lab
+
+BASE = "label@reference"
+SEED = 7
+SAMPLE = 50
+"""Number of layouts for slow methods."""
+
+SWEPT = 200
+"""Number of layouts for the variants that are not :attr:`Variant.decisive`."""
+
+_STIFFNESSES = (1e5, 1e6, 1e7, 3e7, 1e8, 3e8, 3e9, 1e10)
+_STIFFNESS, _MOST_RATE = 1e9, 3e4
+"""Of the default contacts [N/m, rad/s]. Both change together: one limits heavy items, one light."""
+
+
+@dataclass(frozen=True, slots=True)
+class Variant:
+    """One change of the reference.
+
+    ``value``: position on the axis of a plot, where it is a number. A ``decisive`` change is tried
+    on all layouts, any other on the first :data:`SWEPT`.
+    """
+
+    group: str
+    title: str
+    changes: str
+    value: float | None = None
+    decisive: bool = False
+
+    @property
+    def spec(self) -> str:
+        """The changed method."""
+        return canonical(f"{BASE}:{self.changes}")
+
+
+def canonical(text: str) -> str:
+    """The spec of a method as rows name it."""
+    return str(make_method(text).spec)
+
+
+def _sweep(
+    group: str, parameter: str, values: Sequence[float], decisive: Sequence[float] = ()
+) -> list[Variant]:
+    return [
+        Variant(group, f"{parameter} {v:g}", f"{parameter}={v!r}", v, v in decisive) for v in values
+    ]
+
+
+VARIANTS: tuple[Variant, ...] = (
+    *_sweep("tolerance [m]", "tolerance", (1e-5, 1e-6, 1e-8), (1e-6, 1e-8)),
+    *(
+        Variant(
+            "stiffness [N/m]",
+            f"stiffness {k:g}",
+            f"stiffness={k!r},most_rate={_MOST_RATE * math.sqrt(k / _STIFFNESS)!r}",
+            k,
+            k == 1e8,
+        )
+        for k in _STIFFNESSES
+    ),
+    *_sweep("damping time [s]", "damping_time", (3e-4, 1e-3, 1e-2)),
+    *_sweep("depth of full damping [m]", "damping_depth", (1e-9, 1e-7, 1e-6)),
+    *_sweep("stiction speed [m/s]", "stiction_speed", (1e-5, 1e-3)),
+    *_sweep("longest step [s]", "most_time", (1e-3,)),
+    *_sweep("position jitter [m]", "jitter", (1e-6, 1e-5, 1e-4)),
+    *_sweep("lateral shrink [m]", "shrink", (1e-5, 1e-4)),
+    *_sweep("friction", "friction", (0.4, 0.6)),
+    Variant("friction", "dynamic friction 0.375", "dynamic_share=0.75"),
+    *_sweep("time [s]", "t_max", (0.2, 0.27, 0.33, 0.6)),
+    Variant("thresholds", "9 cm and 9 degrees", "eps_t=9,eps_r=9"),
+    Variant("thresholds", "11 cm and 11 degrees", "eps_t=11,eps_r=11"),
+    Variant("loading", "carry instead of reseat", "between_steps=carry"),
+    Variant("loading", "criterion of the paper", "criterion=paper,early_exit=0"),
+)
+"""Every change of the reference in the study; groups are tables and plots."""
+
+ENGINES: tuple[str, ...] = tuple(
+    f"label@{engine}:frequency={frequency}"
+    for engine, frequencies in (
+        ("mujoco", (90, 240, 480, 1000)),
+        ("bullet", (90, 240, 480, 1000)),
+        ("dart", (90, 240, 480)),
+    )
+    for frequency in frequencies
+)
+"""Other methods under the label's criterion, on all layouts."""
+
+OPINIONS: tuple[str, ...] = (
+    "label@reference:integrator=radau,tolerance=1e-6",  # the engine's own are a hundredth of these
+    "label@reference:contact=adams",
+)
+"""Slow methods, on a sample of the layouts."""
+
+SECOND_MODEL = "label@drake"
+"""Another slow method, with a contact model of its own; optional."""
+
+LOOKED_AT = ("label@mujoco:frequency=480", "label@bullet:frequency=480")
+"""Methods whose every disagreement with the reference the page lists."""
+
+
+def convergence_studies(
+    layouts: int, sample: int = SAMPLE, opinions: Sequence[str] = OPINIONS
+) -> dict[str, StudyDefinition]:
+    """Definitions of the runs, by the name of their folder; all on the first of the same layouts.
+
+    Args:
+        layouts: number for the reference, its decisive variants and the other engines.
+        sample: number for the slow methods; 0 leaves them out.
+        opinions: the slow methods.
+    """
+    decisive = [v.spec for v in VARIANTS if v.decisive]
+    other = [v.spec for v in VARIANTS if not v.decisive]
+    parts = {
+        "all": ([BASE, *decisive, *map(canonical, ENGINES)], layouts, 30),
+        "sweep": ([BASE, *other], min(SWEPT, layouts), 30),
+    }
+    if sample:
+        parts["opinions"] = ([BASE, *map(canonical, opinions)], sample, 5)
+    return {
+        name: StudyDefinition(name, tuple(methods), generated=count, seed=SEED, shard_size=size)
+        for name, (methods, count, size) in parts.items()
+    }
+
+
+def judged(
+    lab: Lab, layouts: int, sample: int = SAMPLE, opinions: Sequence[str] = OPINIONS
+) -> list[pd.DataFrame]:
+    """The results of each run of :func:`convergence_studies`; missing rows are judged.
+
+    Raises:
+        EngineNotInstalledError: a method's engine is missing.
+        ResultsError, WorkerDiedError: see :func:`steadyload.runs.runner.run_study`.
+    """
+    for spec in opinions:  # so that a missing library is reported at once, not after an hour
+        make_method(spec).prepare()
+    frames = []
+    for name, study in convergence_studies(layouts, sample, opinions).items():
+        lab.work.mkdir(parents=True, exist_ok=True)
+        run_study(
+            study, lab.work / name, workers=lab.workers,
+            progress=lambda *of: lab.progress("judging", *of),
+        )  # fmt: skip
+        frames.append(load_results(lab.work / name))
+    return frames
+
+
+def made_with(directory: Path) -> dict[str, str]:
+    """Provenance of the results in ``directory``, as a page shows it, separately by part."""
+    lines: dict[str, str] = {}
+    for folder in sorted(directory.glob("*/manifest.json")):
+        manifest = load_manifest(folder.parent)
+        study = manifest["study"]
+        lines[f"{study['name']}: layouts"] = f"{study['generated']} generated, seed {study['seed']}"
+        for key, text in provenance_lines(manifest).items():
+            lines[f"{study['name']}: {key}"] = text
+    return lines
