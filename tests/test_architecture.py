@@ -199,7 +199,7 @@ def circles(arrows):
 
 
 DRAWING = {
-    "benchmark.figures", "closed_form_figures",
+    "closed_form_figures",
     "engines.figures", "extremes.figures", "precision.figures", "real.figures",
     "replication.figures", "table5.cost_figures",
     "table5.figures", "tuning.figures", "tuning.search_figures",

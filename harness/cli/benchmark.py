@@ -11,19 +11,20 @@ from typing import Any
 from steadyload.cli.convert import WRITABLE, output_format
 from steadyload.cli.flags import UsageError
 from steadyload.cli.interrupts import working
-from steadyload.cli.studies import configuration, output_option, workers_option, write
+from steadyload.cli.studies import workers_option
 from steadyload.cli.terminal import print_table, progress_bar, resumable, study_progress
 from steadyload.config import REQUIRED, operand, option
-from steadyload.studies.benchmark.config import STUDY, BenchmarkConfig
+from steadyload.studies.benchmark.study import labelled_set
 
 _SHOWN = 10
 """Number of files of a kind that are named after an import; all of them are counted."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Info(BenchmarkConfig):
+class Info:
     """Which set, and the format of the output."""
 
+    directory: str | None = labelled_set()
     json: bool = option(False, "print one JSON object")
 
     def run(self) -> None:
@@ -75,9 +76,10 @@ def _section(header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Export(BenchmarkConfig):
+class Export:
     """Which cases, and the file they are written to."""
 
+    directory: str | None = labelled_set()
     part: str = option(
         "all", "default: all labelled cases", choices="steadyload.layouts.benchmark:Part"
     )
@@ -349,17 +351,6 @@ class Screen:
                 progress=advance,
             )
         print(f"{count} cases have labels of both questions -> {self.directory}")
-
-
-@dataclass(frozen=True, kw_only=True)
-class Page(BenchmarkConfig):
-    """Which set, and where its page is written."""
-
-    output: Path = output_option(Path("runs/benchmark-page"))
-
-    def run(self) -> None:
-        """Write the page of the set."""
-        write(STUDY, configuration(BenchmarkConfig, self), self.output, self.output, 1)
 
 
 def _list(title: str, entries: Sequence[str]) -> None:

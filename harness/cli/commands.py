@@ -119,7 +119,6 @@ _OF_STUDIES = {
     "speed": "bench:Bench",
     "tuning": "tune:ComparePresets",
     "extremes": "extremes:Extremes",
-    "benchmark": "benchmark:Page",
 }
 """Study -> its command, where that does more than run it and write its page."""
 

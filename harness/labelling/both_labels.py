@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import pandas as pd
 
 from steadyload.layouts.benchmark.dataset import KEYS, SPLITS, Benchmark
 from steadyload.layouts.model.scenarios import Scenario
+from steadyload.reports.columns import column, percent, row
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import share
 from steadyload.statistics.placed import items_placed_by_case
@@ -15,7 +14,7 @@ from steadyload.statistics.placed import items_placed_by_case
 _ALL = "all"
 
 
-@dataclass(frozen=True, slots=True)
+@row
 class QuestionShares:
     """Cases of a split and scenario that have labels of both questions.
 
@@ -30,16 +29,16 @@ class QuestionShares:
         earlier, later: share of cases that ``stands`` lets fail earlier, or later, than the label.
     """
 
-    split: str
-    scenario: str
-    cases: int
-    unsettled: int
-    failed: int
-    within: Estimate
-    stands: Estimate
-    same: Estimate
-    earlier: Estimate
-    later: Estimate
+    split: str = column()
+    scenario: str = column()
+    cases: int = column()
+    unsettled: int = column()
+    failed: int = column("no label")
+    within: Estimate = column("stable within 0.3 s %", percent)
+    stands: Estimate = column("stands %", percent)
+    same: Estimate = column("same step %", percent)
+    earlier: Estimate = column("falls earlier %", percent)
+    later: Estimate = column("falls later %", percent)
 
 
 def question_shares(benchmark: Benchmark) -> list[QuestionShares]:

@@ -40,7 +40,7 @@ STUDIES: dict[str, str] = {
     "convergence": "steadyload.studies.convergence.study:Convergence",
     "extremes": "steadyload.studies.extremes.config:STUDY",
     "properties": "steadyload.studies.properties.study:Properties",
-    "benchmark": "steadyload.studies.benchmark.config:STUDY",
+    "benchmark": "steadyload.studies.benchmark.study:Benchmark",
     "transport": "steadyload.studies.transport.study:Transport",
     "packers": "steadyload.studies.packers.study:Packers",
     "scale": "steadyload.studies.scale.study:Scale",

@@ -1,5 +1,7 @@
 """What the page of a labelled set says."""
 
+from dataclasses import replace
+
 import pandas as pd
 import pytest
 
@@ -14,9 +16,8 @@ from steadyload.layouts.benchmark.tables import (
     write_tables,
 )
 from steadyload.reports.pages.writing import write_page
-from steadyload.runs.labels import made_with
-from steadyload.studies.benchmark.page import benchmark_page
-from steadyload.studies.benchmark.summary import summarise
+from steadyload.studies.benchmark.counting import SizeCount, summarise
+from steadyload.studies.benchmark.study import Benchmark
 
 ENSEMBLE = [(Reason.NUMERICAL, "fine"), (Reason.MODEL, "smooth"), (Reason.LIMITS, "strict")]
 MOVES = [f"{what}_{when}" for what in ("corner", "centre", "angle") for when in ("last", "most")]
@@ -93,14 +94,15 @@ def test_counts_and_shares(labelled):
     assert natural.packings.value == pytest.approx(3 / 6)
     assert natural.other_label.value == pytest.approx(1 / 4)
     assert natural.published == 0.79
-    assert found.item_counts == {4: 1, 10: 3}
+    assert found.item_counts == [SizeCount(4, 1), SizeCount(10, 3)]
     test = next(s for s in found.splits if s.split == "test")
     assert (test.cases, test.stable, test.instances) == (4, 1, 3)
 
 
 def test_a_score_stands_in_its_own_tenth(labelled):
     """0.3, 0.6 and 0.9 are the lower ends of their tenths."""
-    assert summarise(labelled).scores["S1"] == (0, 0, 0, 1, 0, 0, 1, 0, 0, 1, 1)
+    shares = [each.shares["S1"] for each in summarise(labelled).scores]
+    assert shares == [0, 0, 0, 0.25, 0, 0, 0.25, 0, 0, 0.25, 0.25]
 
 
 def test_reasons_of_failure(labelled):
@@ -136,7 +138,7 @@ def test_firmness_and_disputes(labelled):
     [dispute] = found.disputes
     assert (dispute.layout, dispute.label, dispute.step) == ("falls", "9", 9)
     assert dispute.said == {"engine": "stable"}
-    assert (dispute.corner, dispute.angle, dispute.margin) == (15.0, 15.0, -1.0)
+    assert (dispute.corner_cm, dispute.angle_deg, dispute.margin_cm) == (15.0, 15.0, -1.0)
 
 
 def test_half_an_ensemble_makes_no_label_robust(tmp_path):
@@ -144,15 +146,15 @@ def test_half_an_ensemble_makes_no_label_robust(tmp_path):
     found = written(tmp_path / "set", [row("A", 2, "one")], [case("A", 2, None)], said)
     assert found.confidence["robust"].isna().all()
     assert found.confidence["confidence"].tolist() == [1.0]
-    assert summarise(found).firmness == ()
+    assert summarise(found).firmness == []
 
 
 def test_the_page_shows_it(labelled, tmp_path):
-    page = benchmark_page(summarise(labelled), made_with(labelled), "Looked at.")
+    page = Benchmark().page(replace(summarise(labelled), notes="Looked at,\nline by line."))
     text = write_page(page, tmp_path / "page").read_text()
     assert "4 distinct geometries from 3 item lists" in text
     assert "| falls  | S1       |    10 |     9 | stable |" in text
-    assert "Looked at." in text
+    assert "Looked at,\nline by line." in text
     assert "- origin: test" in text
     for picture in ("item_counts", "scores", "judges"):
         [drawn] = (tmp_path / "page" / "figures").glob(f"{picture}.*.svg")
@@ -163,7 +165,7 @@ def test_an_imported_set_has_a_page(tmp_path):
     """Movements, but no margins and no further judges."""
     bare = [case("A", 4, 1, margin=None, moved=None), case("B", 4, None, margin=None, split=None)]
     found = written(tmp_path / "set", [row("A", 4, "one"), row("B", 4, "two")], bare)
-    text = write_page(benchmark_page(summarise(found), {}), tmp_path / "page").read_text()
+    text = write_page(Benchmark().page(summarise(found)), tmp_path / "page").read_text()
     assert "No movements are recorded" in text
 
 
