@@ -52,7 +52,7 @@ from steadyload.studies.session.placing import CurvesUnit
 from steadyload.studies.transport import limits_of_loads as transport
 from steadyload.studies.transport.limits_of_loads import LimitUnit
 from steadyload.studies.uncertain import cases as uncertain_cases
-from steadyload.studies.uncertain import study as uncertain
+from steadyload.studies.uncertain import sampling as uncertain
 from steadyload.studies.uncertain.cases import Question
 from steadyload.studies.uncertain.cases import Unit as CertaintyUnit
 

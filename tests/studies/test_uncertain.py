@@ -15,7 +15,7 @@ from steadyload.reports.pages.writing import write_page
 from steadyload.runs.verdict_reliability import Sampling
 from steadyload.studies.uncertain.cases import Question, Unit, sample_unit
 from steadyload.studies.uncertain.page import uncertain_page
-from steadyload.studies.uncertain.study import Sampled, UncertainOptions, run_uncertain
+from steadyload.studies.uncertain.sampling import Sampled, UncertainOptions, run_uncertain
 from steadyload.studies.uncertain.summary import summarise
 
 

@@ -50,7 +50,7 @@ class Uncertain(Study[UncertainConfig, Any]):
     ) -> Any:
         """The summary of the samples, and provenance."""
         from steadyload.runs.provenance import provenance_lines
-        from steadyload.studies.uncertain.study import UncertainOptions, run_uncertain
+        from steadyload.studies.uncertain.sampling import UncertainOptions, run_uncertain
         from steadyload.studies.uncertain.summary import summarise
 
         made_with = provenance_lines()  # of the code at the time of sampling

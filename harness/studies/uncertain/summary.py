@@ -20,7 +20,7 @@ from steadyload.runs.comparison import difference
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import mean, ratio, share
 from steadyload.statistics.reliability import Abstention, Reliability, abstention, reliability
-from steadyload.studies.uncertain.study import CHECK, Sampled, UncertainOptions
+from steadyload.studies.uncertain.sampling import CHECK, Sampled, UncertainOptions
 
 UNSURE = (0.05, 0.95)
 """Range of probabilities of standing in which a case counts as unsure."""
