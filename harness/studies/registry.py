@@ -30,7 +30,7 @@ STUDIES: dict[str, str] = {
     "tuning": "steadyload.studies.tuning.config:STUDY",
     "learned": "steadyload.studies.learned.config:STUDY",
     "replication": "steadyload.studies.replication.config:STUDY",
-    "uncertain": "steadyload.studies.uncertain.config:STUDY",
+    "uncertain": "steadyload.studies.uncertain.study:Uncertain",
     "session": "steadyload.studies.session.study:Session",
     "speed": "steadyload.studies.speed.config:STUDY",
     "engines": "steadyload.studies.engines.config:STUDY",

@@ -14,9 +14,9 @@ from steadyload.methods.registry import make_method
 from steadyload.reports.pages.writing import write_page
 from steadyload.runs.verdict_reliability import Sampling
 from steadyload.studies.uncertain.cases import Question, Unit, sample_unit
-from steadyload.studies.uncertain.page import uncertain_page
+from steadyload.studies.uncertain.comparing import summarise
 from steadyload.studies.uncertain.sampling import Sampled, UncertainOptions, run_uncertain
-from steadyload.studies.uncertain.summary import summarise
+from steadyload.studies.uncertain.study import Uncertain
 
 
 @pytest.fixture(scope="module")
@@ -133,7 +133,7 @@ def test_a_run_goes_on_and_its_page_has_the_accuracy_of_the_plans(tmp_path, benc
     changed = [p for p, stamp in stamps.items() if not p.exists() or p.stat().st_mtime_ns != stamp]
     assert changed == [next(iter(stamps))]
     assert again[0][0] >= 11
-    record = summarise(asked(), sampled)
+    record = summarise(asked(), sampled, {})
     (row,) = record.rows
     right = 0
     for case in benchmark.select("test", limit=4).itertuples():
@@ -141,8 +141,8 @@ def test_a_run_goes_on_and_its_page_has_the_accuracy_of_the_plans(tmp_path, benc
         label = None if case.failing_step is pd.NA else int(case.failing_step)
         right += verdict.failing_step == label
     assert row.plan.value == pytest.approx(right / 12)
-    assert record.silent == ("PS_3 @ chipmunk",)  # refuses what is not planar
-    text = write_page(uncertain_page(record, {}), tmp_path / "page").read_text()
+    assert record.silent == ["PS_3 @ chipmunk"]  # refuses what is not planar
+    text = write_page(Uncertain().page(record), tmp_path / "page").read_text()
     assert "SME" in text
     assert "PS_3 @ chipmunk has no verdict on any of its cases" in text
     [reliability] = (tmp_path / "page" / "figures").glob("reliability.*.svg")
@@ -178,14 +178,14 @@ def test_a_pages_numbers_follow_from_its_samples(benchmark):
             case(whole, 0, [(0, 16), (whole.item_count, 48)], low=0.7, high=0.8, random=0.6),
         ]
     )
-    found = summarise(UncertainOptions(), Sampled({"sme": table}, {}, check))
+    found = summarise(UncertainOptions(), Sampled({"sme": table}, {}, check), {})
     (row,) = found.rows
     right = pytest.approx(2 / 3)
     assert (row.plan.value, row.likeliest.value, row.unjudged, row.lost) == (right, right, 1, 64)
     assert row.ahead.value == pytest.approx(0.0)
     assert row.unsure.value == pytest.approx(1 / 2)
     assert row.changed.value == pytest.approx((0.0 + 0.75) / 2)
-    assert row.stands.brier.value == pytest.approx((0.0 + 0.25**2) / 2)
+    assert row.brier.value == pytest.approx((0.0 + 0.25**2) / 2)
     assert row.plan_brier.value == pytest.approx((0.0 + 1.0) / 2)
     assert row.cpu.value == pytest.approx(500.0)
     assert row.endings == {"narrow": 2, "no verdict": 1}
@@ -196,10 +196,8 @@ def test_a_pages_numbers_follow_from_its_samples(benchmark):
 
 
 def page_text(found):
-    page = uncertain_page(found, {})
-    return "\n".join(
-        [page.summary, *(s.text + "\n".join(map(str, s.tables)) for s in page.sections)]
-    )
+    page = Uncertain().page(found)
+    return "\n".join([page.summary, *(str(block) for s in page.sections for block in s.blocks)])
 
 
 def test_the_command_writes_the_page(tmp_path, capsys, in_this_process, undrawn):

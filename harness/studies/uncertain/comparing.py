@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -15,12 +16,37 @@ from steadyload.layouts.benchmark.dataset import KEYS
 from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.registry import make_method
 from steadyload.methods.uncertainty import parse_uncertainty
+from steadyload.reports.columns import (
+    cell,
+    column,
+    counts,
+    factor,
+    milliseconds,
+    percent,
+    plain_percent,
+    row,
+    yes_no,
+)
 from steadyload.runs.accuracy import verdicts_against_labels
 from steadyload.runs.comparison import difference
+from steadyload.runs.costs import CostKind, CostSource
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import mean, ratio, share
 from steadyload.statistics.reliability import Abstention, Reliability, abstention, reliability
+from steadyload.studies.reliability import (
+    Abstaining,
+    Bin,
+    Calibrated,
+    abstaining,
+    calibrated,
+)
 from steadyload.studies.uncertain.sampling import CHECK, Sampled, UncertainOptions
+
+STANDS = "the load stands"
+"""What a probability is of, beside the likeliest failing step."""
+
+FEW = 10
+"""Smallest number of cases of which a mean is shown."""
 
 UNSURE = (0.05, 0.95)
 """Range of probabilities of standing in which a case counts as unsure."""
@@ -29,76 +55,68 @@ _BINS = (0.0, UNSURE[0], 0.35, 0.65, UNSURE[1], 1.0)
 """Edges of bins; few cases are unsure, so that bins of equal width would be nearly empty."""
 
 
-@dataclass(frozen=True, slots=True)
-class UncertainRow:
-    """Reliability of one method's verdicts on labelled cases that deviate from their plans.
-
-    Attributes:
-        method: the method.
-        plan: accuracy of its verdict on the plan.
-        likeliest: accuracy of the failing step that most samples have.
-        ahead: the latter minus the former, case by case.
-        unsure: share of cases whose probability of standing is from 5 to 95 %.
-        changed: mean share of samples with another failing step than the plan; ``changed_robust``
-            and ``changed_fragile`` of cases whose label is so.
-        samples: mean number a case; ``endings``: cases by the reason for which sampling ended.
-        lost: samples without a verdict. ``unjudged``: cases without any sample with a verdict.
-        cpu, plan_cpu: of a case with all its samples, and of the plan alone [ms].
-        stands: calibration of the probability that the whole load stands, against the label.
-        right: calibration of the share of the likeliest failing step, against its being the
-            label's.
-        plan_brier: mean squared difference of stable (1 or 0) by the plan and by the label.
-        abstention: accuracy without the cases whose likeliest step has the smallest share.
-    """
-
-    method: MethodKey
-    plan: Estimate
-    likeliest: Estimate
-    ahead: Estimate
-    unsure: Estimate
-    changed: Estimate
-    changed_robust: Estimate
-    changed_fragile: Estimate
-    samples: Estimate
-    endings: Mapping[str, int]
-    lost: int
-    unjudged: int
-    cpu: Estimate
-    plan_cpu: Estimate
-    stands: Reliability
-    right: Reliability
-    plan_brier: Estimate
-    abstention: Abstention
+def _enough(estimate: Estimate) -> str:
+    return percent(estimate) if estimate.n >= FEW else cell(None)
 
 
-@dataclass(frozen=True, slots=True)
+def _counted(estimate: Estimate) -> str:
+    return f"{estimate.value:.0f} [{estimate.low:.0f}, {estimate.high:.0f}]"
+
+
+@row
+class Judged:
+    """Reliability of one method's verdicts on labelled cases that deviate from their plans."""
+
+    method: MethodKey = column(form=attrgetter("title"), left=True)
+    plan: Estimate = column("plan %", percent, "accuracy of its verdict on the plan")
+    likeliest: Estimate = column(
+        "likeliest step %", percent, "accuracy of the failing step that most samples have"
+    )
+    ahead: Estimate = column("ahead (points)", percent, "that minus the plan's, case by case")
+    plan_brier: Estimate = column(
+        "Brier, plan", factor, "mean squared difference of stable by the plan and by the label"
+    )
+    brier: Estimate = column("Brier, P", factor, "likewise, of the probability of standing")
+    unsure: Estimate = column(
+        "unsure %", _enough, "share of cases whose probability of standing is from 5 to 95 %"
+    )
+    changed: Estimate = column(
+        "changed %", _enough, "mean share of samples with another failing step than the plan"
+    )
+    changed_robust: Estimate = column("robust %", _enough, "of cases whose label is so")
+    changed_fragile: Estimate = column("fragile %", _enough, "likewise")
+    samples: Estimate = column(form=_counted, about="mean number a case")
+    plan_cpu: Estimate = column("CPU ms, plan", milliseconds)
+    cpu: Estimate = column("CPU ms, all samples", milliseconds)
+    endings: Mapping[str, int] = column(
+        "sampling ended", counts, "cases by the reason for which sampling ended"
+    )
+    lost: int = column("samples without a verdict")
+    unjudged: int = column("cases without one", about="without any sample with a verdict")
+
+
+@row
 class Alone:
-    """Effect of the deviation of one quantity alone: shares as in :class:`UncertainRow`."""
+    """Effect of the deviation of one quantity alone: shares as in :class:`Judged`."""
 
-    what: str
-    changed: Estimate
-    unsure: Estimate
+    what: str = column("deviates")
+    changed: Estimate = column("changed %", percent)
+    unsure: Estimate = column("unsure %", percent)
 
 
-@dataclass(frozen=True, slots=True)
+@row
 class Checked:
     """A layout's probability of standing, by quasi-random and by many random samples."""
 
-    layout: str
-    scenario: str
-    stands: float
-    low: float
-    high: float
-    samples: int
-    random: float
-
-    @property
-    def inside(self) -> bool:
-        """True if the random samples' share lies in the interval."""
-        return self.low <= self.random <= self.high
+    layout: str = column()
+    scenario: str = column()
+    samples: int = column()
+    stands: Estimate = column("P %", percent)
+    random: float = column("random samples %", plain_percent)
+    inside: bool = column(form=yes_no, about="the random samples' share lies in the interval")
 
 
-@dataclass(frozen=True, slots=True)
+@row
 class Check:
     """Comparison of probabilities with those of ``random`` random samples a layout.
 
@@ -110,15 +128,27 @@ class Check:
     random: int
     inside: Estimate
     gain: Estimate
-    rows: tuple[Checked, ...]
+    rows: Sequence[Checked]
+
+    @property
+    def count_inside(self) -> int:
+        """Layouts whose random samples lie in the interval."""
+        return sum(each.inside for each in self.rows)
+
+    @property
+    def farthest(self) -> float:
+        """Largest distance of the two probabilities [points]."""
+        return 100 * max(abs(each.stands.value - each.random) for each in self.rows)
 
 
-@dataclass(frozen=True, slots=True)
-class Uncertain:
+@row
+class Found:
     """All records for the page.
 
     ``item_lists``: number of clusters of the intervals. ``silent``: titles of methods without a
-    verdict on any sample.
+    verdict on any sample. ``calibrated``: probabilities of standing against the label, and of the
+    likeliest step against its being the label's. ``abstaining``: accuracy without the cases whose
+    likeliest step has the smallest share.
     """
 
     part: str
@@ -126,34 +156,63 @@ class Uncertain:
     half_width: float
     most: int
     item_lists: int
-    rows: tuple[UncertainRow, ...]
-    silent: tuple[str, ...]
+    rows: Sequence[Judged]
+    silent: Sequence[str]
     alone_method: MethodKey
-    alone: tuple[Alone, ...]
+    alone: Sequence[Alone]
+    calibrated: Sequence[Calibrated]
+    abstaining: Sequence[Abstaining]
     check: Check | None
+    made_with: Mapping[str, str]
+    costs: str = CostSource(CostKind.JUDGING).explained()
+    few: int = FEW
+
+    @property
+    def first(self) -> Judged | None:
+        """The most accurate of the methods that were asked of most cases."""
+        return max(self.rows, key=lambda one: (one.plan.n, one.plan.value), default=None)
+
+    @property
+    def strongest(self) -> Alone | None:
+        """The deviation that changes most."""
+        return max(self.alone, key=lambda each: each.changed.value, default=None)
+
+    @property
+    def bins(self) -> list[Bin]:
+        """All bins of :attr:`calibrated`."""
+        return [one for own in self.calibrated for one in own.bins]
 
 
-def summarise(asked: UncertainOptions, sampled: Sampled) -> Uncertain:
+def summarise(asked: UncertainOptions, sampled: Sampled, made_with: Mapping[str, str]) -> Found:
     """The records of a run, compared with the labels of the set that comes with the package."""
     benchmark = load_benchmark()
     labels = benchmark.cases.set_index(KEYS)[["instance", "failing_step", "item_count"]]
     labels = labels.join(benchmark.confidence["robust"])
     every = {spec: _Cases(table, labels) for spec, table in sampled.methods.items()}
     heard = {spec: cases for spec, cases in every.items() if cases.judged.any()}
+    given = {spec: cases.calibrations() for spec, cases in heard.items()}
+    titles = {spec: method_key(make_method(spec)).title for spec in every}
     check = None
     if len(sampled.check):
         check = _check(asked, _Cases(sampled.check, labels))
-    return Uncertain(
+    return Found(
         part=str(asked.part),
         uncertainty=str(parse_uncertainty(asked.uncertainty)),
         half_width=asked.sampling.half_width,
         most=asked.sampling.looks[-1],
         item_lists=len({name for cases in every.values() for name in cases.instances}),
-        rows=tuple(_row(spec, cases) for spec, cases in heard.items()),
-        silent=tuple(method_key(make_method(spec)).title for spec in every if spec not in heard),
+        rows=[_row(spec, cases, given[spec][STANDS].brier) for spec, cases in heard.items()],
+        silent=[title for spec, title in titles.items() if spec not in heard],
         alone_method=method_key(make_method(asked.alone_method)),
-        alone=tuple(_alone(what, _Cases(table, labels)) for what, table in sampled.alone.items()),
+        alone=[_alone(what, _Cases(table, labels)) for what, table in sampled.alone.items()],
+        calibrated=[
+            calibrated(titles[spec], kind, found)
+            for spec, kinds in given.items()
+            for kind, found in kinds.items()
+        ],
+        abstaining=[abstaining(titles[spec], cases.abstention()) for spec, cases in heard.items()],
         check=check,
+        made_with=made_with,
     )
 
 
@@ -195,6 +254,24 @@ class _Cases:
         compared = verdicts_against_labels(pd.Series(safe), self.labels)
         return compared["right"].to_numpy(bool)
 
+    def likeliest_right(self) -> NDArray[np.bool_]:
+        """Mask of the cases on which the likeliest failing step is the label's."""
+        return self.right(self.likeliest)
+
+    def calibrations(self) -> dict[str, Reliability]:
+        """Calibration of the probabilities that samples give, of those with a result."""
+        here, right = self.judged, self.likeliest_right()
+        lists = self.instances[here]
+        return {
+            STANDS: reliability(self.stands[here], self.stable[here], lists, _BINS),
+            "the likeliest step is right": reliability(self.sure[here], right[here], lists, _BINS),
+        }
+
+    def abstention(self) -> Abstention:
+        """Accuracy without the cases whose likeliest step has the smallest share."""
+        here = self.judged
+        return abstention(self.sure[here], self.likeliest_right()[here], self.instances[here])
+
     def unsure(self) -> NDArray[np.bool_]:
         """Mask of the unsure cases, of those with a result."""
         return (self.stands >= UNSURE[0]) & (self.stands <= UNSURE[1])
@@ -213,31 +290,29 @@ def _answer(safe: dict[int, int], plan: int, count: int) -> _Answer | None:
     )
 
 
-def _row(spec: str, cases: _Cases) -> UncertainRow:
+def _row(spec: str, cases: _Cases, brier: Estimate) -> Judged:
     lists, table = cases.instances, cases.table
     judged = cases.judged
-    plan_right, right = cases.right(table["nominal"]), cases.right(cases.likeliest)
+    plan_right, right = cases.right(table["nominal"]), cases.likeliest_right()
     plan_stands = (cases.plan == cases.items).astype(float)
     robust, fragile = judged & cases.robust, judged & cases.fragile
-    return UncertainRow(
+    return Judged(
         method=method_key(make_method(spec)),
         plan=share(plan_right, lists),
         likeliest=share(right, lists),
         ahead=difference(right, plan_right, lists),
+        plan_brier=mean((plan_stands - cases.stable)[judged] ** 2, lists[judged]),
+        brier=brier,
         unsure=share(cases.unsure()[judged], lists[judged]),
         changed=mean(cases.changed[judged], lists[judged]),
         changed_robust=mean(cases.changed[robust], lists[robust]),
         changed_fragile=mean(cases.changed[fragile], lists[fragile]),
         samples=mean(table["samples"], lists),
+        plan_cpu=mean(1e3 * table["nominal_cpu"], lists),
+        cpu=mean(1e3 * table["cpu"], lists),
         endings={str(k): int(v) for k, v in table["ending"].value_counts().items()},
         lost=int(table["lost"].sum()),
         unjudged=int((~judged).sum()),
-        cpu=mean(1e3 * table["cpu"], lists),
-        plan_cpu=mean(1e3 * table["nominal_cpu"], lists),
-        stands=reliability(cases.stands[judged], cases.stable[judged], lists[judged], _BINS),
-        right=reliability(cases.sure[judged], right[judged], lists[judged], _BINS),
-        plan_brier=mean((plan_stands - cases.stable)[judged] ** 2, lists[judged]),
-        abstention=abstention(cases.sure[judged], right[judged], lists[judged]),
     )
 
 
@@ -249,10 +324,17 @@ def _alone(what: str, cases: _Cases) -> Alone:
 
 def _check(asked: UncertainOptions, cases: _Cases) -> Check:
     table = cases.table
-    rows = tuple(
-        Checked(r.layout, r.scenario, float(s), r.low, r.high, r.samples, r.random)
+    rows = [
+        Checked(
+            layout=r.layout,
+            scenario=r.scenario,
+            samples=r.samples,
+            stands=Estimate(float(s), r.low, r.high, r.samples),
+            random=r.random,
+            inside=r.low <= r.random <= r.high,
+        )
         for r, s in zip(table.itertuples(), cases.stands, strict=True)
-    )
+    ]
     spread = cases.stands * (1.0 - cases.stands) / table["samples"]
     return Check(
         method=method_key(make_method(CHECK)),
