@@ -16,9 +16,9 @@ from steadyload.runs.able import fixed_step_engines
 from steadyload.runs.definition import StudyError
 from steadyload.statistics.clusters import Clusters
 from steadyload.studies.precision.changes import AS_IT_IS, CHANGES, DISTANCES, SCALES
+from steadyload.studies.precision.judging import Answers, judge_changed, turned
 from steadyload.studies.precision.page import precision_page
 from steadyload.studies.precision.sizes import EDGES, TESTS, ScaledStage, closed_forms_by_size
-from steadyload.studies.precision.study import Answers, judge_changed, turned
 from steadyload.studies.precision.summary import summarise
 
 

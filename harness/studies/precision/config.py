@@ -43,8 +43,8 @@ class PrecisionStudy(Study[PrecisionConfig, Any]):
         """The arguments of the page, in its order."""
         from steadyload.runs.able import fixed_step_engines
         from steadyload.runs.provenance import provenance_lines
+        from steadyload.studies.precision.judging import judge_changed
         from steadyload.studies.precision.sizes import closed_forms_by_size
-        from steadyload.studies.precision.study import judge_changed
         from steadyload.studies.precision.summary import summarise
 
         made_with = provenance_lines()

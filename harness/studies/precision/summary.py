@@ -13,7 +13,7 @@ from steadyload.statistics.clusters import Clusters
 from steadyload.statistics.estimate import NOTHING, Estimate
 from steadyload.statistics.metrics import share
 from steadyload.studies.precision.changes import AS_IT_IS, CHANGES, Change
-from steadyload.studies.precision.study import Answers, turned
+from steadyload.studies.precision.judging import Answers, turned
 
 _ITEMS = (10, 15)
 _HEIGHTS = (30.0, 80.0)
