@@ -200,9 +200,8 @@ def circles(arrows):
 
 DRAWING = {
     "closed_form_figures",
-    "engines.figures", "extremes.figures", "precision.figures", "real.figures",
-    "replication.figures", "table5.cost_figures",
-    "table5.figures", "tuning.figures", "tuning.search_figures",
+    "engines.figures", "extremes.figures", "real.figures", "replication.figures",
+    "table5.cost_figures", "table5.figures", "tuning.figures", "tuning.search_figures",
 }  # fmt: skip
 """Modules of studies that draw without the kinds of charts of `reports`; no other one may."""
 

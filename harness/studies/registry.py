@@ -34,7 +34,7 @@ STUDIES: dict[str, str] = {
     "session": "steadyload.studies.session.study:Session",
     "speed": "steadyload.studies.speed.config:STUDY",
     "engines": "steadyload.studies.engines.config:STUDY",
-    "precision": "steadyload.studies.precision.config:STUDY",
+    "precision": "steadyload.studies.precision.study:Precision",
     "scope": "steadyload.studies.scope.study:Scope",
     "closed_forms": "steadyload.studies.closed_forms.config:STUDY",
     "convergence": "steadyload.studies.convergence.study:Convergence",

@@ -17,6 +17,9 @@ from steadyload.reports.style import DASHES, LOOKS
 _STYLE = {"linewidth": 1.1, "markersize": 5.0}
 _ENDS = {"elinewidth": 0.6, "capsize": 2.0}
 _THIN = {"linewidth": 0.7, "markersize": 3.0}
+_ASIDE = 1.04
+"""Factor between the places of lines that are drawn aside."""
+
 _ROOM = 1.2
 """Smallest factor between ticks of a log axis that do not overlap."""
 
@@ -37,6 +40,7 @@ def curves(
     ranks: bool = False,
     ends: bool = False,
     across: int = 0,
+    apart: bool = False,
     percent: str = "",
     log: str = "",
     ticks: str = "",
@@ -58,13 +62,14 @@ def curves(
         within: field of a row that holds its points.
         look: what fixes colour and marker, one of :data:`steadyload.reports.style.LOOKS`.
         of: field of the method or engine that has this look; else it is of the title.
-        dash: field of what the line's dashes show.
+        dash: field of what the line's dashes show; of a truth value, that it is true.
         thin: field of whether the line is drawn thin.
         panel: field of what a panel shows, which is its title.
         above: field of what the panels of one line show; lines of panels stand above each other.
         ranks: whether y is a rank: 1 stands on top, and every one has a tick.
         ends: whether a line's title stands at its end, in the last panel, and not in a legend.
         across: panels beside each other; 0 for all of them.
+        apart: whether lines are drawn a little aside, so that none hides the intervals of another.
         percent: axes of shares that are shown in per cent: "x", "y" or "xy".
         log: axes that are logarithmic, likewise.
         ticks: numbers of a panel that x has its ticks at: "all", or those "apart" that upright
@@ -111,10 +116,11 @@ def curves(
                 continue
             own.sort(key=lambda row: _place(value(row, name), texts))
             seen = look_of(value(own[0], of or title), lines.index(line))
-            dashed = dashes.index(value(own[0], dash)) if dash else 0
+            dashed = _dashes(value(own[0], dash), dashes) if dash else 0
+            aside = _ASIDE ** (lines.index(line) - 0.5 * (len(lines) - 1)) if apart else 1.0
             drawn_as = _THIN if thin and value(own[0], thin) else {}
             _draw(
-                axes, _across(own, name, texts, _scale("x", percent)),
+                axes, _across(own, name, texts, aside * _scale("x", percent)),
                 along(own, y, _scale("y", percent)),
                 marker=seen.marker, color=seen.colour, markerfacecolor=seen.face,
                 linestyle=DASHES[dashed % len(DASHES)], label=line,
@@ -181,6 +187,11 @@ def _draw(axes: Axes, places: Along, values: Along, **style: Any) -> None:
         axes.plot(places.values, values.values, **style)
     else:
         axes.errorbar(places.values, values.values, yerr=values.reaches, **{**_ENDS, **style})
+
+
+def _dashes(shown: Any, among: Sequence[Any]) -> int:
+    """The place of a line's dashes; what is true is dashed, whatever comes first."""
+    return int(shown) if isinstance(shown, bool) else among.index(shown)
 
 
 def _scale(axis: str, percent: str) -> float:

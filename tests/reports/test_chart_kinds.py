@@ -218,6 +218,17 @@ def test_panels_of_curves_wrap_and_have_ticks_of_their_own():
     ]  # fmt: skip
 
 
+def test_curves_can_stand_aside_and_what_is_true_is_dashed():
+    rows = [
+        {"title": str(is_), "is": is_, "n": n, "ms": 1.0} for is_ in (True, False) for n in (1, 9)
+    ]
+    [axes] = curves(rows, "n", "ms", dash="is", apart=True).figure.axes
+    assert [line.get_linestyle() for line in axes.lines] == ["--", "-"]
+    first, second = (line.get_xdata() for line in axes.lines)
+    assert np.allclose(second / first, 1.04)
+    assert np.allclose(np.sqrt(first * second), [1, 9])
+
+
 def test_curves_of_one_engine_look_alike_and_dashes_show_another_field():
     rows = [
         {"title": f"{engine} {scope}", "engine": engine, "scope": scope, "n": n, "ms": n}

@@ -16,10 +16,14 @@ from steadyload.runs.able import fixed_step_engines
 from steadyload.runs.definition import StudyError
 from steadyload.statistics.clusters import Clusters
 from steadyload.studies.precision.changes import AS_IT_IS, CHANGES, DISTANCES, SCALES
+from steadyload.studies.precision.comparing import Found, size_rows, summarise
 from steadyload.studies.precision.judging import Answers, judge_changed, turned
-from steadyload.studies.precision.page import precision_page
 from steadyload.studies.precision.sizes import EDGES, TESTS, ScaledStage, closed_forms_by_size
-from steadyload.studies.precision.summary import summarise
+from steadyload.studies.precision.study import Precision
+
+
+def page(rows, sizes):
+    return Precision().page(Found(rows, 20, 20, size_rows(sizes), {}))
 
 
 @pytest.mark.parametrize("change", CHANGES, ids=lambda change: change.name)
@@ -87,7 +91,7 @@ def test_a_verdict_that_is_lost_or_another_counts_as_turned(tmp_path):
     assert [share.n for share in row.accuracy["items"].values()] == [1, 1, 2]
     assert [share.n for share in row.accuracy["masses"].values()] == [2, 1, 1]
     sizes = closed_forms_by_size(["mujoco"], tmp_path / "sizes", workers=0)
-    text = write_page(precision_page([row], 4, 4, sizes, {}), tmp_path).read_text()
+    text = write_page(page([row], sizes), tmp_path).read_text()
     assert "No engine of single precision is installed here" in text
     assert row.excess[DISTANCES[-1]].value == 0.0
     assert "moved 20 m" in text
@@ -119,7 +123,7 @@ def verdicts_of(single, double, monkeypatch):
         monkeypatch: so that no engine need be installed.
     """
     monkeypatch.setattr(
-        "steadyload.studies.precision.summary.capabilities",
+        "steadyload.studies.precision.comparing.capabilities",
         lambda name: SimpleNamespace(single_precision=name == "single"),
     )
     index = pd.Index([f"case {k}" for k in range(20)], name="case")
@@ -146,7 +150,7 @@ def headline(rows):
         for test in TESTS
         for edge in EDGES
     }
-    return precision_page(rows, 20, 20, sizes, {}).summary
+    return page(rows, sizes).summary
 
 
 def test_the_headline_counts_what_single_precision_turns_beyond_double(monkeypatch):

@@ -44,6 +44,9 @@ class Change:
             return f"{self.scale:g} times larger"
         return f"{1.0 / self.scale:g} times smaller"
 
+    def __str__(self) -> str:
+        return self.name
+
     def of(self, layout: Layout) -> Layout:
         """The changed layout, on a pallet that holds it, on an infinite floor."""
         way, s = 100.0 * self.moved, self.scale
