@@ -26,28 +26,18 @@ _SHOWN = columns_of(MethodEvaluation)
 
 METHOD = _SHOWN["method"]
 N = Column("n", "accuracy.n")
-N_SCORED = Column("n", "fully_stable.n")
 N_TIMED = Column("n", "cpu.n")
 ACCURACY = _SHOWN["accuracy"]
 STANDS = _SHOWN["stands"]
 OVER = _SHOWN["over"]
 UNDER = _SHOWN["under"]
 STABLE_OR_NOT = _SHOWN["stable_or_not"]
-WITHIN_ONE = _SHOWN["within_one"]
 NATURAL = _SHOWN["natural"]
-SCORE = _SHOWN["score"]
-FULLY_STABLE = _SHOWN["fully_stable"]
 CPU = _SHOWN["cpu"]
 WALL = _SHOWN["wall"]
 AHEAD = _SHOWN["ahead"]
 COST_RATIO = _SHOWN["cost_ratio"]
 NO_VERDICT = _SHOWN["without_verdict"]
-
-JUDGED = (METHOD, N, ACCURACY, OVER, UNDER)
-"""A method, and how often it is right, too late and too early."""
-
-SCORED = (N_SCORED, SCORE, FULLY_STABLE)
-"""Scores of a method, which need no labels."""
 
 
 def robust_and_fragile(rows: Sequence[MethodEvaluation]) -> list[Column]:
