@@ -66,8 +66,8 @@ class Knowledge(StrEnum):
     the rule, as far as it has any.
     """
 
-    NONE = "as they stand"
-    TOLD = "told the rule"
+    NONE = "with their own parameters"
+    TOLD = "with the rule's parameters"
 
 
 class Fate(StrEnum):
@@ -117,8 +117,8 @@ class UnderRule:
     changed: float = column(
         "label changed %", plain_percent, "share of cases with another label than the usual rule's"
     )
-    best: str = column("most accurate as it stands")
-    best_told: str = column("told the rule")
+    best: str = column("most accurate")
+    best_told: str = column("with the rule's parameters")
 
 
 @row

@@ -284,8 +284,8 @@ def test_a_cascade_is_asked_like_any_method(tmp_path, undrawn):
     page = (tmp_path / "report.md").read_text()
     assert "pairs that hold: 2, declared findings: 0, violated: 0," in page
     assert page.startswith(
-        "# Property tests\n\nAll properties that they were asked hold of 1 of 1 methods, each on "
-        "up to 2 cases.\n"
+        "# Property tests\n\n1 of 1 methods satisfy all properties that apply to them, each tested "
+        "on up to 2 cases.\n"
     )
 
 

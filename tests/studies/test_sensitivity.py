@@ -204,7 +204,7 @@ def test_the_sentence_names_what_survives_and_what_is_turned_round(found):
     )
     text = STUDY.page(dataclasses.replace(found, claims=claims)).summary
     kept, loose, tight = text.split("Turned round")
-    kept, where_told = kept.split("Where methods are told the rule")
+    kept, where_told = kept.split("Where methods take the parameters of the rule")
     assert "Of 3 conclusions" in kept
     assert "A is better" in kept
     assert "B is better" not in kept
@@ -213,13 +213,13 @@ def test_the_sentence_names_what_survives_and_what_is_turned_round(found):
     second = RULES[1]
     assert f"B is better ({second.short})" in loose
     assert f"C is better ({RULES[0].short})" in tight
-    assert "Open are 1 where methods are not told the rule, and 0 where they are" in text
+    assert "Open are 1 where methods keep their own parameters, and 0 where they take those" in text
     more = (
         claimed("D is better.", told, ACROSS, ABOVE),
         claimed("D is better.", standing, ACROSS, ABOVE),
     )
     text = STUDY.page(dataclasses.replace(found, claims=(*claims, *more))).summary
-    assert "Open are 2 where methods are not told the rule, and 1 where they are" in text
+    assert "Open are 2 where methods keep their own parameters, and 1 where they take those" in text
 
 
 def test_a_rule_of_ones_own_is_told_like_any_other():

@@ -23,7 +23,7 @@ def labelled_set() -> Any:
 class Benchmark(Study["Found"]):
     """Which labelled set."""
 
-    question = "What does the labelled set hold, and how sure are its labels?"
+    question = "What does the labelled set contain, and how robust are its labels?"
     about = "write the page of a set"
     command_words = "benchmark page"
     work = Path("runs/benchmark-page")

@@ -14,16 +14,14 @@ class Convergence(Study["Found"]):
     """Number of layouts, and further methods to compare with."""
 
     question = "Are the reference's labels converged?"
-    about = "change the reference one parameter at a time; ask other judges"
+    about = "change the reference one parameter at a time; compare it with other methods"
     command_words = "verify convergence"
     workers = 0
     pages = (PublishedPage("convergence", "--second-model"),)
 
     layouts: int = option(900, "default: 900", least=1)
-    sample: int = option(
-        50, "layouts that slow judges are asked; 0 asks none (default: 50)", least=0
-    )
-    second_model: bool = option(False, "ask Drake, too (needs the extra `drake`)")
+    sample: int = option(50, "layouts that slow methods judge; 0 for none (default: 50)", least=0)
+    second_model: bool = option(False, "judge by Drake, too (needs the extra `drake`)")
 
     def run(self, lab: Lab) -> Found:
         """Labels that change, judged in runs of their own on the first of the same layouts."""

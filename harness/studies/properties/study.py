@@ -18,7 +18,7 @@ PROFILES = ("quick", "ci", "deep")
 class Properties(Study["Found"]):
     """Property tests; the command fails where one is violated."""
 
-    question = "Does what must hold of every judge hold of each?"
+    question = "Does every method satisfy the physical laws that it must?"
     about = "property tests of methods and engines, on layouts drawn at random"
     workers = 0
     pages = (PublishedPage("properties", "--profile deep --seed 1"),)

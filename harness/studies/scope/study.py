@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 class Scope(Study["Found"]):
     """Verdicts that change, and cost that is saved, when a part of a pile is simulated."""
 
-    question = "Which way to leave things out of a simulation costs which verdicts, and saves what?"
+    question = "Which bodies can a simulation leave out, and what does it save?"
     about = "simulations of only what a step changes, beside those of the whole pile"
 
     benchmark: str = option(

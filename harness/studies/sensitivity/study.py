@@ -14,7 +14,7 @@ class Sensitivity(Study["Rankings"]):
     """Accuracy and rank of methods by the rule that labels are made by."""
 
     question = "Which conclusions survive another time, threshold or point that is measured?"
-    about = "rank of every method over the rule by which a loading fails, told the rule and not"
+    about = "rank of every method over the rule by which a loading fails"
     workers = 0
     pages = (PublishedPage("sensitivity", "--limit 100"),)
 
@@ -25,7 +25,7 @@ class Sensitivity(Study["Rankings"]):
     directory: str = set_option()
 
     def run(self, lab: Lab) -> Rankings:
-        """Accuracy of every method by every rule, as it stands and told the rule."""
+        """Accuracy of methods by every rule, with their own parameters and with the rule's."""
         from steadyload.studies.rankings import ranked
 
         return ranked(lab, self.methods, self.limit, self.directory)

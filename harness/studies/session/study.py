@@ -15,7 +15,7 @@ PARTS = ("cost", "gain")
 class Session(Study["Found"]):
     """Cost of sessions, and their gain for packing heuristics."""
 
-    question = "What does judging while packing cost, and what is gained by it?"
+    question = "What does judging while packing cost, and what does it gain?"
     about = "pack with and without rejecting what is not stable; what a placement costs"
     workers = None
 

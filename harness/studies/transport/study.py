@@ -13,21 +13,21 @@ if TYPE_CHECKING:
 class Transport(Study["Found"]):
     """Limits of loads by statics, rule of thumb and simulation, beside the reference's."""
 
-    question = "What acceleration does a complete load hold, and which method finds it?"
+    question = "What acceleration does a complete load withstand, and which method finds it?"
     about = "compare limits of acceleration by equilibrium, engines and the reference, and why"
     command_words = "compare-limits"
 
     loads: int = option(200, "loads of real size (default: 200)", least=1)
     small: int = option(60, "loads of at most 20 boxes (default: 60)", least=1)
     referenced: int = option(
-        100, "loads of real size, those of fewest boxes, that the reference is asked of as well "
+        100, "loads of real size, those of fewest boxes, that the reference judges as well "
         "(default: 100; a load takes it a minute or several)", least=0,
     )  # fmt: skip
     directions: int = option(8, "directions around a load (default: 8)", least=1, most=360)
     engines: tuple[str, ...] = option(
         (), "engine for the loads of real size; may be repeated (default: those whose tuned "
-        "simulation no cheaper one beats on the largest loads that recommend knows; small loads "
-        "are asked of all)", names=("--engine",), metavar="NAME",
+        "simulation no cheaper one beats on the largest loads that recommend has; small loads are "
+        "judged by all)", names=("--engine",), metavar="NAME",
     )  # fmt: skip
 
     def run(self, lab: Lab) -> Found:

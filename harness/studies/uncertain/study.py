@@ -13,8 +13,8 @@ if TYPE_CHECKING:
 class Uncertain(Study["Found"]):
     """Deviations, methods and numbers of cases; None for the defaults."""
 
-    question = "How sure is a verdict when a load deviates from its plan?"
-    about = "how sure verdicts on labelled cases are: accuracy, probability, cost"
+    question = "How reliable is a verdict when a load deviates from its plan?"
+    about = "reliability of verdicts on labelled cases: accuracy, probability, cost"
 
     uncertain: str | None = option(
         None, "what deviates (default: com=5mm,position=3mm)", metavar="WHAT"
@@ -29,7 +29,7 @@ class Uncertain(Study["Found"]):
         None, "a scenario, for methods with one (default: 20)", least=1
     )
     checked: int | None = option(
-        None, "layouts that are held against many random samples (default: 50)", least=0
+        None, "layouts that are compared with many random samples (default: 50)", least=0
     )
 
     def run(self, lab: Lab) -> Found:
