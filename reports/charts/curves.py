@@ -115,7 +115,7 @@ def curves(
             if not own:
                 continue
             own.sort(key=lambda row: _place(value(row, name), texts))
-            seen = look_of(value(own[0], of or title), lines.index(line))
+            seen = look_of(value(own[0], of) if of else line, lines.index(line))
             dashed = _dashes(value(own[0], dash), dashes) if dash else 0
             aside = _ASIDE ** (lines.index(line) - 0.5 * (len(lines) - 1)) if apart else 1.0
             drawn_as = _THIN if thin and value(own[0], thin) else {}

@@ -92,7 +92,7 @@ def test_a_verdict_that_is_lost_or_another_counts_as_turned(tmp_path):
     assert [share.n for share in row.accuracy["masses"].values()] == [2, 1, 1]
     sizes = closed_forms_by_size(["mujoco"], tmp_path / "sizes", workers=0)
     text = write_page(page([row], sizes), tmp_path).read_text()
-    assert "No engine of single precision is installed here" in text
+    assert "No engine of single precision and one of double precision are" in text
     assert row.excess[DISTANCES[-1]].value == 0.0
     assert "moved 20 m" in text
 
@@ -164,7 +164,7 @@ def test_the_headline_counts_what_single_precision_turns_beyond_double(monkeypat
     text = headline(rows)
     assert text.startswith("On single 85.0 ")
     assert "origin of a world, and 0.0 " in text
-    assert "its digits run out with distance." in text
+    assert "the effect grows with the distance." in text
     assert f"where a load is {size.name}: 50.0 " in text
 
 
@@ -173,9 +173,9 @@ def test_an_engine_that_turns_fewer_than_double_precision_has_no_cost(monkeypatc
     rows = verdicts_of({far: 1}, {far: 9}, monkeypatch)
     assert rows[0].excess[far].value == pytest.approx(-0.4)
     assert "On single -40.0 " in headline(rows)
-    assert "no cost of its single precision was seen" in headline(rows)
+    assert "no effect of single precision was measured" in headline(rows)
 
 
 def test_an_engine_that_is_turned_at_any_distance_is_sensitive_to_rounding(monkeypatch):
     rows = verdicts_of(dict.fromkeys(DISTANCES, 12), dict.fromkeys(DISTANCES, 1), monkeypatch)
-    assert "it is more sensitive to any rounding, wherever the load lies." in headline(rows)
+    assert "it is more sensitive to any rounding, at any distance." in headline(rows)

@@ -203,7 +203,7 @@ def test_the_sentence_names_what_survives_and_what_is_turned_round(found):
         claimed("C is better.", standing, ACROSS, ABOVE),
     )
     text = STUDY.page(dataclasses.replace(found, claims=claims)).summary
-    kept, loose, tight = text.split("Turned round")
+    kept, loose, tight = text.split("Reversed")
     kept, where_told = kept.split("Where methods take the parameters of the rule")
     assert "Of 3 conclusions" in kept
     assert "A is better" in kept
