@@ -181,7 +181,7 @@ def load_sequences(
         kind,
         np.concatenate(rows),
         np.concatenate(([0], np.cumsum(counts))),
-        items_placed_by_case(chosen["failing_step"], chosen["item_count"]).to_numpy(),
+        items_placed_by_case(chosen["failing_step"], chosen["item_count"]).to_numpy(copy=True),
         chosen["scenario"].to_numpy(dtype=object),
         _instances(benchmark, chosen["instance"]),
         np.array(geometries, dtype=object),

@@ -96,7 +96,7 @@ def test_a_search_comes_before_the_training(tmp_path, capsys):
             "device is 'cuda'; torch finds no GPU here",
             marks=pytest.mark.skipif(torch.cuda.is_available(), reason="there is a GPU"),
         ),
-        (["train", "--seed", "4294967296"], "seed is 4294967296; allowed: 0 to "),
+        (["train", "--seed", "4294967296"], "seed is 4294967296; allowed: a whole number, 0 to "),
         (["train", "--start", "lstm_1", "--features", "plain"], "features is plain; weights 'lstm"),
         (["train", "--start", "lstm_1", "--option", "hidden=8"], "hidden is 8; weights 'lstm_1'"),
         (["train", "--start", "lstm_1", "--search", "1"], "a search chooses the hidden size"),

@@ -92,7 +92,7 @@ def test_plain_fields_of_a_dataclass_are_parameters(strange):
     made = make_method("corners:share=0.25,strict=true,corners=4")
     assert (made.parameters.corners, made.parameters.share, made.parameters.strict) == (4, 0.25, 1)
     assert str(make_method(str(made.spec)).spec) == "corners:corners=4,share=0.25,strict=true"
-    with pytest.raises(ValueError, match="strict is 'maybe'; allowed: true, false"):
+    with pytest.raises(ValueError, match="strict is 'maybe'; allowed: true or false"):
         make_method("corners:strict=maybe")
 
 
