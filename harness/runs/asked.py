@@ -23,9 +23,9 @@ from typing import (
 )
 
 from steadyload.config import bind
+from steadyload.progress import Progress, silent
 
 if TYPE_CHECKING:
-    from steadyload.progress import Progress
     from steadyload.runs.labels import Case
     from steadyload.runs.pool import Executor
 
@@ -158,7 +158,7 @@ def kept_rows(
     *,
     measure: Callable[[Any], R] | None = None,
     workers: int | Executor = 0,
-    progress: Progress = lambda done, total: None,
+    progress: Progress = silent,
 ) -> Measured[R]:
     """Measure what is not kept yet, and read the rest, however fast the code has become.
 
