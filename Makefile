@@ -20,7 +20,7 @@ TEST := $(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 # Tests start many processes, each of which would compile all sources anew.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help study test test-deep fuzz lint types lock bench engines verify extremes properties benchmark planar lists choosing packers accuracy uncertain tuning learned replication cascade session scale precision transport scope sensitivity table real docs site clean pages pin
+.PHONY: help study test test-deep fuzz lint types lock bench benchmark planar lists choosing docs site clean pages pin
 
 help: ## list these targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-10s %s\n", $$1, $$2}'
@@ -79,18 +79,6 @@ PALLETS ?= $(wildcard ../shared/data/pallets/pallets.json)
 bench: $(READY) ## measure what a judgement costs, beside earlier versions (minutes); PALLETS=FILE for other layouts
 	$(BIN)/steadyload bench $(if $(PALLETS),--layouts $(PALLETS)) --output runs/bench
 
-engines: $(READY) ## remake the published comparison of engines (a quarter of an hour)
-	$(BIN)/steadyload pages remake --judge engines
-
-verify: $(READY) ## hold engines against mechanics and the reference against itself (half an hour)
-	$(BIN)/steadyload pages remake --judge closed_forms convergence
-
-extremes: $(READY) ## take engines to their limits, remake envelopes and page (a quarter of an hour); goes on
-	$(BIN)/steadyload pages remake --judge extremes
-
-properties: $(READY) ## remake the page of property tests (an hour of CPU time)
-	$(BIN)/steadyload pages remake --judge properties
-
 benchmark: $(READY) ## remake the labelled set (hours) and its page; goes on where it was
 	test -e runs/benchmark/manifest.json || $(BIN)/steadyload benchmark build -o runs/benchmark
 	$(BIN)/steadyload benchmark label runs/benchmark
@@ -109,51 +97,6 @@ choosing: $(READY) ## remake the labelled set that searches and cascades choose 
 	test -e runs/choosing/manifest.json || $(BIN)/steadyload benchmark build --choosing -o runs/choosing
 	$(BIN)/steadyload benchmark label runs/choosing --judges none
 	$(BIN)/steadyload benchmark label runs/choosing --question stands
-
-packers: $(READY) ## remake the page of packers' plans from the labels of the set of real size (seconds)
-	$(BIN)/steadyload pages remake --judge packers
-
-accuracy: $(READY) ## remake the accuracies on the whole test split (ten minutes)
-	$(BIN)/steadyload pages remake --judge accuracy
-
-uncertain: $(READY) ## remake the page of how sure verdicts are (a quarter of an hour); goes on where it was
-	$(BIN)/steadyload pages remake --judge uncertain
-
-tuning: $(READY) ## remake the page of tuning from its searches, on 450 cases (a quarter of an hour); goes on
-	$(BIN)/steadyload pages remake --judge tuning
-
-learned: $(READY) ## train what the plan of learners asks for and remake their page (hours); goes on
-	$(BIN)/steadyload pages remake --judge learned
-
-replication: $(READY) ## remake the page of the paper's experiment (six hours of CPU time, of trainings); goes on
-	$(BIN)/steadyload pages remake --judge replication
-
-cascade: $(READY) ## hold the cascade against others and remake its page (ten minutes); goes on
-	$(BIN)/steadyload pages remake --judge cascade
-
-session: $(READY) ## remake the page of loading sessions (a quarter of an hour)
-	$(BIN)/steadyload pages remake --judge session
-
-scale: $(READY) ## measure what a study of a million rows needs (a quarter of an hour)
-	$(BIN)/steadyload pages remake --judge scale
-
-precision: $(READY) ## remake the page of single and double precision (a quarter of an hour); goes on
-	$(BIN)/steadyload pages remake --judge precision
-
-transport: $(READY) ## remake the page of what loads hold on the road (minutes, with the rows that are kept; three hours without)
-	$(BIN)/steadyload pages remake --judge transport
-
-scope: $(READY) ## remake the page of simulations of only what a step changes (an hour); goes on
-	$(BIN)/steadyload pages remake --judge scope
-
-table: $(READY) ## judge and time all methods on 900 cases of many item lists, for the pages of Table 5 (an hour and a half); goes on
-	$(BIN)/steadyload pages remake --judge table5 table5_stands
-
-sensitivity: $(READY) ## remake the page of conclusions under other rules (an hour); goes on
-	$(BIN)/steadyload pages remake --judge sensitivity
-
-real: $(READY) ## judge layouts of 25 to 150 boxes by all methods, for their page (hours, in one process for the times); goes on
-	$(BIN)/steadyload pages remake --judge real
 
 pages: $(READY) ## remake all published pages and their index (days; goes on); `steadyload pages list` names them
 	$(BIN)/steadyload pages remake --judge --keep

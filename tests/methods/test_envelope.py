@@ -52,8 +52,8 @@ FLAT = layout(cube(0.0, 0), cube(50.0, 0), name="flat")
 
 
 MEASURED = ("bullet", "mujoco", "dart", "chipmunk", "reference")
-"""Engines of every installation when envelopes were made; a new one has none before `make extremes`
-has measured it.
+"""Engines of every installation when envelopes were made; a new one has none before
+`steadyload extremes` has measured it.
 """
 
 
