@@ -199,7 +199,6 @@ def circles(arrows):
 
 
 DRAWING = {
-    "closed_form_figures",
     "engines.figures", "extremes.figures", "real.figures", "replication.figures",
     "table5.cost_figures", "table5.figures", "tuning.figures", "tuning.search_figures",
 }  # fmt: skip

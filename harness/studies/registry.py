@@ -36,7 +36,7 @@ STUDIES: dict[str, str] = {
     "engines": "steadyload.studies.engines.config:STUDY",
     "precision": "steadyload.studies.precision.study:Precision",
     "scope": "steadyload.studies.scope.study:Scope",
-    "closed_forms": "steadyload.studies.closed_forms.config:STUDY",
+    "closed_forms": "steadyload.studies.closed_forms.study:ClosedForms",
     "convergence": "steadyload.studies.convergence.study:Convergence",
     "extremes": "steadyload.studies.extremes.config:STUDY",
     "properties": "steadyload.studies.properties.study:Properties",

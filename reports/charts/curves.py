@@ -35,11 +35,14 @@ def curves(
     of: Field = "",
     dash: Field = "",
     thin: Field = "",
+    hollow: Field = "",
+    limit: Field = "",
     panel: Field = "",
     above: Field = "",
     ranks: bool = False,
     ends: bool = False,
     across: int = 0,
+    own_y: bool = False,
     apart: bool = False,
     percent: str = "",
     log: str = "",
@@ -64,11 +67,15 @@ def curves(
         of: field of the method or engine that has this look; else it is of the title.
         dash: field of what the line's dashes show; of a truth value, that it is true.
         thin: field of whether the line is drawn thin.
+        hollow: field of whether a point's marker is hollow.
+        limit: field of a number of y at which the panel has a dotted line; None for none.
         panel: field of what a panel shows, which is its title.
         above: field of what the panels of one line show; lines of panels stand above each other.
         ranks: whether y is a rank: 1 stands on top, and every one has a tick.
         ends: whether a line's title stands at its end, in the last panel, and not in a legend.
         across: panels beside each other; 0 for all of them.
+        own_y: whether every panel has a y of its own, of two decades or more where it is
+            logarithmic, so that a flat line looks flat; else they share one.
         apart: whether lines are drawn a little aside, so that none hides the intervals of another.
         percent: axes of shares that are shown in per cent: "x", "y" or "xy".
         log: axes that are logarithmic, likewise.
@@ -99,8 +106,8 @@ def curves(
     across = across or len(beside)
     lines_of_panels = math.ceil(len(panels) / across)
     wrapped = lines_of_panels > 1 and not above
-    figure = Figure(figsize=size, layout="constrained" if wrapped else None)
-    drawn = figure.subplots(lines_of_panels, across, sharey=True, squeeze=False).ravel()
+    figure = Figure(figsize=size, layout="constrained" if wrapped or own_y else None)
+    drawn = figure.subplots(lines_of_panels, across, sharey=not own_y, squeeze=False).ravel()
     for axes in drawn[len(panels) :]:
         axes.remove()
     for axes, (floor, name, shown, members, label) in zip(drawn, panels, strict=False):
@@ -119,14 +126,26 @@ def curves(
             dashed = _dashes(value(own[0], dash), dashes) if dash else 0
             aside = _ASIDE ** (lines.index(line) - 0.5 * (len(lines) - 1)) if apart else 1.0
             drawn_as = _THIN if thin and value(own[0], thin) else {}
+            places = _across(own, name, texts, aside * _scale("x", percent))
+            values = along(own, y, _scale("y", percent))
             _draw(
-                axes, _across(own, name, texts, aside * _scale("x", percent)),
-                along(own, y, _scale("y", percent)),
+                axes, places, values,
                 marker=seen.marker, color=seen.colour, markerfacecolor=seen.face,
                 linestyle=DASHES[dashed % len(DASHES)], label=line,
                 **{**_STYLE, **style, **drawn_as},
             )  # fmt: skip
+            if hollow:
+                empty = [k for k, row in enumerate(own) if value(row, hollow)]
+                axes.plot(
+                    [places.values[k] for k in empty], [values.values[k] for k in empty],
+                    seen.marker, color=seen.colour, markerfacecolor="white",
+                    markersize=_STYLE["markersize"],
+                )  # fmt: skip
+        for at in {value(row, limit) for row in members} - {None} if limit else ():
+            axes.axhline(at, color="#7f7f7f", linewidth=0.8, linestyle=":")
         axes.set(xscale="log" if "x" in log else "linear", yscale="log" if "y" in log else "linear")
+        if own_y and "y" in log:
+            _show_two_decades(axes)
         axes.yaxis.set_major_formatter(PLAIN_TICKS)
         if texts:
             axes.set_xticks(range(len(texts)), texts, rotation=30)
@@ -149,6 +168,8 @@ def curves(
         figure.tight_layout()
     if not ends:
         legend(figure, "beside")
+    if wrapped and len(panels) < len(drawn) and (beside_last := figure.axes[-1].get_legend()):
+        beside_last.set_in_layout(False)  # it stands in the place of a panel
     return Chart(figure)
 
 
@@ -166,6 +187,13 @@ def _across(rows: Sequence[Any], name: str, texts: Sequence[str], scale: float) 
     if texts:
         return Along([float(texts.index(value(row, name))) for row in rows], None)
     return along(rows, name, scale)
+
+
+def _show_two_decades(axes: Axes) -> None:
+    low, high = axes.get_ylim()
+    if high < 100.0 * low:
+        middle = math.sqrt(low * high)
+        axes.set_ylim(middle / 10.0, middle * 10.0)
 
 
 def _name_ends(axes: Axes) -> None:

@@ -229,6 +229,24 @@ def test_curves_can_stand_aside_and_what_is_true_is_dashed():
     assert np.allclose(np.sqrt(first * second), [1, 9])
 
 
+def test_curves_have_hollow_points_a_limit_and_a_y_of_their_own():
+    rows = [
+        {"title": "a", "what": w, "n": n, "ms": ms, "below": n == 9, "least": least}
+        for w, least in (("x", None), ("y", 0.5), ("z", None)) for n, ms in ((1, 1.0), (9, 2.0))
+    ]  # fmt: skip
+    figure = curves(
+        rows, "n", "ms", panel="what", across=2, own_y=True, hollow="below", limit="least", log="y"
+    ).figure
+    first, second, last = figure.axes
+    line, hollow = first.lines
+    assert (hollow.get_markerfacecolor(), hollow.get_color()) == ("white", line.get_color())
+    assert hollow.get_xydata().tolist() == [[9.0, 2.0]]
+    assert [set(line.get_ydata()) for line in second.lines] == [{1.0, 2.0}, {2.0}, {0.5}]
+    low, high = first.get_ylim()
+    assert (high / low, low * high) == pytest.approx((100.0, 2.0))
+    assert not last.get_legend().get_in_layout(), "it stands where a fourth panel would"
+
+
 def test_curves_of_one_engine_look_alike_and_dashes_show_another_field():
     rows = [
         {"title": f"{engine} {scope}", "engine": engine, "scope": scope, "n": n, "ms": n}

@@ -36,7 +36,7 @@ from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.timing import Turn
 from steadyload.runs.units import study_units
 from steadyload.runs.verdict_reliability import Sampling
-from steadyload.studies.closed_forms.study import ClosedFormUnit
+from steadyload.studies.closed_forms.measuring import ClosedFormUnit
 from steadyload.studies.engines.speed import SpeedUnit, ThroughputUnit
 from steadyload.studies.extremes.study import CellUnit
 from steadyload.studies.learned import judged

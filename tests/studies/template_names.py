@@ -37,7 +37,7 @@ def found_type(study):
         if isinstance(node, ast.ImportFrom) and node.level == 0:
             for alias in node.names:
                 module = importlib.import_module(node.module)
-                names[alias.asname or alias.name] = getattr(module, alias.name)
+                names[alias.asname or alias.name] = getattr(module, alias.name, None)
     return typing.get_type_hints(study.run, localns=names)["return"]
 
 

@@ -12,22 +12,30 @@ import pytest
 from steadyload.engines.registry import ENGINES, EngineEntry, world_class
 from steadyload.engines.world import GRAVITY, EngineError, SettingSupport, Support
 from steadyload.properties import mechanics
-from steadyload.properties.closed_form_tests import closed_form_tests
+from steadyload.properties.closed_form_tests import ClosedFormResult, closed_form_tests
 from steadyload.properties.closed_forms import NoValueError, boundary
 from steadyload.reports.pages.writing import write_page
 from steadyload.reports.table import compact
 from steadyload.runs.definition import StudyError
-from steadyload.studies.closed_form_figures import plot_closed_forms
-from steadyload.studies.closed_forms.page import closed_forms_page
-from steadyload.studies.closed_forms.study import closed_forms
+from steadyload.studies.closed_form_errors import errors_by_argument, errors_by_frequency
+from steadyload.studies.closed_forms.comparing import compare
+from steadyload.studies.closed_forms.measuring import measured as results_of
+from steadyload.studies.closed_forms.study import ClosedForms
+from steadyload.studies.kit import Lab
 
 TESTS = {test.name: test for test in closed_form_tests()}
 
 
 def measured(name, engine="bullet", frequency=240):
     with tempfile.TemporaryDirectory() as work:
-        (result,) = closed_forms(Path(work), [engine], (frequency,), tests=[TESTS[name]])
+        (result,) = results_of(Lab(Path(work), 0), [engine], (frequency,), [TESTS[name]])
     return result
+
+
+def written(results, folder):
+    """The text of the page of results."""
+    page = ClosedForms().page(compare(results, {"made": "here"}))
+    return write_page(page, folder).read_text()
 
 
 # --- what is expected ---------------------------------------------------------------------------
@@ -185,35 +193,34 @@ def test_an_engine_with_its_own_steps_runs_once(monkeypatch, tmp_path):
     monkeypatch.setattr("steadyload.engines.with_mujoco.OwnSteps", OwnSteps, raising=False)
     monkeypatch.setitem(ENGINES, "own", EngineEntry("steadyload.engines.with_mujoco:OwnSteps"))
     tests = [TESTS["free fall"], TESTS["sink under 10"], TESTS["sink under 100"]]
-    results = closed_forms(
-        tmp_path / "work", ["bullet", "own"], (90, 240), tests=tests,
-        progress=lambda *of: said.append(of),
-    )  # fmt: skip
+    lab = Lab(tmp_path / "work", 0, lambda *of: said.append(of))
+    results = results_of(lab, ["bullet", "own"], (90, 240), tests)
     assert [(r.engine, r.frequency) for r in results[:3]] == [
         ("bullet", 90), ("bullet", 240), ("own", None),
     ]  # fmt: skip
     assert len(results) == 9
-    assert said == [("closed forms", done, 9) for done in range(10)]
-    text = write_page(closed_forms_page(list(TESTS.values()), results, {}), tmp_path).read_text()
+    assert said == [("measuring", done, 9) for done in range(10)]
+    text = written(results, tmp_path)
     assert "| bullet, 240 Hz | own, own |" in text
     assert re.search(r"\| own +\| +own \|", text)
     alone = [r for r in results if r.engine == "own"]
-    write_page(closed_forms_page(tests, alone, {}), tmp_path / "alone")
+    pictures = re.findall(r"!\[.*?\]\((.*?)\)", written(alone, tmp_path / "alone"))
+    assert len(pictures) == 1, "only errors over the mass ratio need no frequency"
 
 
 def test_an_unknown_engine_is_named(tmp_path):
     with pytest.raises(StudyError, match="unknown engine 'bulet'"):
-        closed_forms(tmp_path / "work", ["bulet"])
+        results_of(Lab(tmp_path / "work"), ["bulet"])
     assert not (tmp_path / "work").exists()
 
 
 def test_results_are_kept_and_measured_by_processes_alike(tmp_path, monkeypatch):
     tests = [TESTS[name] for name in ("free fall", "creep")]
-    here = closed_forms(tmp_path / "here", ["mujoco"], (90, 240), tests=tests)
-    beside = closed_forms(tmp_path / "beside", ["mujoco"], (90, 240), tests=tests, workers=2)
+    here = results_of(Lab(tmp_path / "here", 0), ["mujoco"], (90, 240), tests)
+    beside = results_of(Lab(tmp_path / "beside", 2), ["mujoco"], (90, 240), tests)
     assert here == beside
     monkeypatch.setattr("steadyload.properties.closed_form_tests.result_of", None)
-    assert closed_forms(tmp_path / "here", ["mujoco"], (90, 240), tests=tests) == here
+    assert results_of(Lab(tmp_path / "here", 0), ["mujoco"], (90, 240), tests) == here
 
 
 # --- what is shown ------------------------------------------------------------------------------
@@ -227,9 +234,8 @@ def test_the_page_defines_every_test_and_shows_its_errors(
         TESTS[name] for name in ("free fall", "intermediate-axis spin", "creep", "sink under 10")
     ]
     chosen.append(TESTS["sink under 100"])
-    results = closed_forms(tmp_path / "work", ["bullet", "chipmunk"], (90, 240), tests=chosen)
-    page = closed_forms_page(list(TESTS.values()), results, {"made": "here"})
-    text = write_page(page, tmp_path).read_text()
+    results = results_of(Lab(tmp_path / "work", 0), ["bullet", "chipmunk"], (90, 240), chosen)
+    text = written(results, tmp_path)
     for test in chosen:
         assert f"## {test.series}\n\n{test.definition} Expected: " in text
     assert "## Bounce" not in text
@@ -247,19 +253,37 @@ def test_the_page_defines_every_test_and_shows_its_errors(
     ]  # fmt: skip
     for name in pictures:
         assert_drawn(tmp_path / name)
-    again = closed_forms_page(list(TESTS.values()), results, {"made": "here"})
     request.getfixturevalue("undrawn")
-    second = write_page(again, tmp_path / "again").read_text()
-    assert undrawn_text(second) == undrawn_text(text)
+    assert undrawn_text(written(results, tmp_path / "again")) == undrawn_text(text)
 
 
-def test_the_figure_shows_the_errors_of_the_records(tmp_path):
-    test = TESTS["time to 10 degrees, 10 mm"]
-    results = closed_forms(tmp_path, ["bullet"], (90, 240), tests=[test])
-    axes = plot_closed_forms([test], results).axes[0]
-    drawn = next(line for line in axes.lines if len(line.get_xdata()) == 2)
-    assert list(drawn.get_ydata()) == pytest.approx([abs(r.error) for r in results])
-    assert (axes.get_xscale(), axes.get_yscale()) == ("log", "log")
+def test_points_are_the_errors_in_their_panels():
+    tests = [TESTS["sink under 10"], TESTS["sink under 100"]]
+    least = tests[0].resolution
+    results = [
+        ClosedFormResult(tests[0].name, "mujoco", 90, 2.0, 2.0),
+        ClosedFormResult(tests[0].name, "mujoco", 240, -0.5, -0.5),
+        ClosedFormResult(tests[0].name, "reference", None, 0.0, 0.0),
+        ClosedFormResult(tests[1].name, "mujoco", 90, None, None, "diverged"),
+        ClosedFormResult(tests[1].name, "mujoco", 240, 3.0, 3.0),
+        ClosedFormResult(tests[1].name, "reference", None, 1.0, 1.0),
+    ]
+    assert errors_by_frequency(tests[:1], results) == [
+        (panel, title, engine, title != engine, place, size, negative, least)
+        for panel in ["Sink under a heavy load: mass ratio 10 (mm)"]
+        for title, engine, place, size, negative in [
+            ("mujoco", "mujoco", 90, 2.0, False), ("mujoco", "mujoco", 240, 0.5, True),
+            ("reference (own steps)", "reference", 90, least, False),
+            ("reference (own steps)", "reference", 240, least, False),
+        ]
+    ]  # fmt: skip
+    shown = [(p.panel, p.engine, p.place, p.size) for p in errors_by_argument(tests, results)]
+    assert shown == [
+        ("90 Hz", "mujoco", 10.0, 2.0), ("90 Hz", "reference", 10.0, least),
+        ("90 Hz", "reference", 100.0, 1.0),
+        ("240 Hz", "mujoco", 10.0, 0.5), ("240 Hz", "reference", 10.0, least),
+        ("240 Hz", "mujoco", 100.0, 3.0), ("240 Hz", "reference", 100.0, 1.0),
+    ]  # fmt: skip
 
 
 def test_small_numbers_are_compact():

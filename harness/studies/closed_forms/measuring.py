@@ -1,0 +1,84 @@
+"""Values that engines find in tests of closed forms, measured where they are missing.
+
+A test is a definition with its expected value and a function that measures an engine. All tests but
+one are planar, so that 2-D engines take part in them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from steadyload.engines.registry import engines as registered
+from steadyload.engines.registry import engines_here, package_versions, world_class
+from steadyload.errors import nearest
+from steadyload.properties import closed_forms as runs
+from steadyload.properties.closed_form_tests import (
+    ClosedFormResult,
+    ClosedFormTest,
+    closed_form_tests,
+    result_of,
+)
+from steadyload.runs.definition import StudyError
+from steadyload.runs.provenance import made_on
+from steadyload.studies.kit import Asked, Lab
+
+FREQUENCIES = (90, 240, 1000)
+
+SAMPLING = 240
+"""Rate at which an engine that chooses its own steps is sampled [1/s]."""
+
+
+class ClosedFormUnit(
+    Asked[ClosedFormResult], question="closed form", version=runs.VERSION, sampling=SAMPLING
+):
+    """A test on an engine at a frequency; None where the engine chooses its own steps."""
+
+    test: str
+    engine: str
+    frequency: int | None
+    made_by: Mapping[str, str]
+
+    def describe(self, part: int) -> str:
+        """Description of the test for messages."""
+        rate = "" if self.frequency is None else f", {self.frequency} Hz"
+        return f"{self.test} on {self.engine}{rate}"
+
+    def measure(self) -> ClosedFormResult:
+        """Run the test."""
+        test = next(test for test in closed_form_tests() if test.name == self.test)
+        stage = runs.Stage(self.engine, self.frequency or SAMPLING)
+        return result_of(test, stage, self.frequency)
+
+
+def measured(
+    lab: Lab,
+    engines: Sequence[str] = (),
+    frequencies: Sequence[int] = FREQUENCIES,
+    tests: Sequence[ClosedFormTest] = (),
+) -> list[ClosedFormResult]:
+    """Results of engines, test by test.
+
+    Args:
+        lab: where it runs.
+        engines: registered names; empty for those of :func:`engines_here`.
+        frequencies: substeps a second; an engine that controls its own error runs once.
+        tests: a choice of :func:`closed_form_tests`; empty for all.
+
+    Raises:
+        StudyError: no engine of that name.
+        EngineNotInstalledError: the library behind an engine is missing.
+        ResultsError: another run is at work in the folder.
+    """
+    names = tuple(engines) or engines_here()
+    for name in names:
+        if name not in registered():
+            raise StudyError(f"unknown engine {name!r}; {nearest(name, registered())}")
+    own = {name for name in names if world_class(name).capabilities.error_controlled}
+    made = {name: made_on(name) | package_versions(("numpy", "scipy")) for name in names}
+    units = [
+        ClosedFormUnit(test.name, name, frequency, made[name])
+        for test in tests or closed_form_tests()
+        for name in names
+        for frequency in ((None,) if name in own else frequencies)
+    ]
+    return lab.measure(units, ClosedFormResult, folder="results", parallel=True).rows
