@@ -118,7 +118,6 @@ _OF_STUDIES = {
     "table5": "table5:Table5",
     "speed": "bench:Bench",
     "tuning": "tune:ComparePresets",
-    "extremes": "extremes:Extremes",
 }
 """Study -> its command, where that does more than run it and write its page."""
 

@@ -38,7 +38,7 @@ STUDIES: dict[str, str] = {
     "scope": "steadyload.studies.scope.study:Scope",
     "closed_forms": "steadyload.studies.closed_forms.study:ClosedForms",
     "convergence": "steadyload.studies.convergence.study:Convergence",
-    "extremes": "steadyload.studies.extremes.config:STUDY",
+    "extremes": "steadyload.studies.extremes.study:Extremes",
     "properties": "steadyload.studies.properties.study:Properties",
     "benchmark": "steadyload.studies.benchmark.study:Benchmark",
     "transport": "steadyload.studies.transport.study:Transport",

@@ -13,10 +13,11 @@ from steadyload.reports.charts.ecdf import ecdf
 from steadyload.reports.charts.forest import forest
 from steadyload.reports.charts.front import front
 from steadyload.reports.charts.heat import heat
+from steadyload.reports.charts.outcomes import outcomes
 from steadyload.reports.charts.scene import scene
 
 KINDS: Mapping[str, Callable[..., Chart]] = {
     kind.__name__: kind
-    for kind in (front, change, curves, forest, bars, columns, heat, ecdf, scene)
+    for kind in (front, change, curves, forest, bars, columns, heat, outcomes, ecdf, scene)
 }
 """All kinds. Each takes rows and names of their fields; the documentation of a kind says which."""

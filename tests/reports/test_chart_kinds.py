@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from matplotlib.colors import to_hex
 from matplotlib.container import BarContainer
 
 from steadyload.layouts import Item, Layout, Pallet
@@ -20,6 +21,7 @@ from steadyload.reports.charts.forest import forest
 from steadyload.reports.charts.front import front
 from steadyload.reports.charts.heat import heat
 from steadyload.reports.charts.kinds import KINDS
+from steadyload.reports.charts.outcomes import outcomes
 from steadyload.reports.charts.rows import ChartError
 from steadyload.reports.charts.scene import scene
 from steadyload.reports.style import engine_colour
@@ -316,6 +318,47 @@ def test_rows_of_a_forest_look_like_their_group():
     assert first == fourth != second == third
 
 
+def test_outcomes_have_a_colour_and_a_sign_each_at_its_place():
+    titles = {"best": "best", "good": "held", "bad": "failed", "late": "no verdict"}
+    rows = [
+        {"engine": engine, "rate": rate, "cubes": cubes, "came": came}
+        for engine, rate, cubes, came in (
+            ("a", "60", 1e5, "bad"), ("a", "60", 2, "good"), ("a", "240", 2, "late"),
+            ("b", "own", 2, "good"), ("b", "own", 1e5, "good"),
+        )
+    ]  # fmt: skip
+    figure = outcomes(
+        rows, "rate", "cubes", "came", titles=titles, panel="engine", x_label="Hz", y_label="n"
+    ).figure
+    first, second = figure.axes
+    assert [axes.get_title() for axes in figure.axes] == ["a", "b"]
+    assert [t.get_text() for t in first.get_xticklabels()] == ["60", "240"]
+    assert [t.get_text() for t in first.get_yticklabels()] == ["2", "1e5"]
+    assert [t.get_text() for t in second.get_xticklabels()] == ["own"]
+    places = [tuple(np.add(patch.get_xy(), 0.5)) for patch in first.patches]
+    assert places == [(0, 1), (0, 0), (1, 0)]
+    bad, good, late = (to_hex(patch.get_facecolor()) for patch in first.patches)
+    assert len({bad, good, late}) == 3
+    assert {to_hex(patch.get_facecolor()) for patch in second.patches} == {good}
+    signs = [text.get_text() for text in first.texts]
+    assert signs[1] == ""
+    assert len(set(signs)) == 3
+    shown = {
+        text.get_text(): to_hex(patch.get_facecolor())
+        for legend in figure.legends
+        for text, patch in zip(legend.get_texts(), legend.get_patches(), strict=True)
+    }
+    named = {"held": good, f"{signs[0]} failed": bad, f"{signs[2]} no verdict": late}
+    assert {title: shown.pop(title) for title in named} == named
+    assert [*shown] == ["not measured"]
+
+
+def test_an_outcome_without_a_title_is_named():
+    row = {"x": "a", "y": 1, "o": "held"}
+    with pytest.raises(ChartError, match="outcome='held'"):
+        outcomes([row], "x", "y", "o", titles={"bad": "bad"}, x_label="", y_label="")
+
+
 @few
 @given(st.lists(st.lists(numbers, min_size=2, max_size=2), min_size=2, max_size=2))
 def test_heat_has_a_cell_a_row_at_its_place(values):
@@ -400,6 +443,7 @@ CALLS = {
     "bars": (({"acuracy": ""},), {"x_label": ""}),
     "columns": (({"acuracy": ""},), {"x_label": "", "y_label": ""}),
     "heat": (("title", "title", "acuracy"), {"label": ""}),
+    "outcomes": (("title", "n", "acuracy"), {"titles": {}, "x_label": "", "y_label": ""}),
     "ecdf": (("acuracy",), {"of": "n", "x_label": "", "y_label": ""}),
 }
 
@@ -425,7 +469,9 @@ def test_an_option_that_is_not_allowed_is_named(option, message):
         curves([{"title": "a", "n": 1, "ms": 2.0}], "n", "ms", **option)
 
 
-@pytest.mark.parametrize("name", sorted(KINDS.keys() & {"curves", "forest", "bars", "heat"}))
+@pytest.mark.parametrize(
+    "name", sorted(KINDS.keys() & {"curves", "forest", "bars", "heat", "outcomes"})
+)
 def test_a_chart_of_no_rows_is_refused(name):
     positional, named = CALLS[name]
     with pytest.raises(ChartError, match="chart of no rows; allowed: one row or more"):

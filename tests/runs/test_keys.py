@@ -38,7 +38,7 @@ from steadyload.runs.units import study_units
 from steadyload.runs.verdict_reliability import Sampling
 from steadyload.studies.closed_forms.measuring import ClosedFormUnit
 from steadyload.studies.engines.speed import SpeedUnit, ThroughputUnit
-from steadyload.studies.extremes.study import CellUnit
+from steadyload.studies.extremes.running import CellUnit
 from steadyload.studies.learned import judged
 from steadyload.studies.learned.batches import BatchUnit
 from steadyload.studies.learned.judged import JudgedPart

@@ -9,9 +9,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from matplotlib.colors import to_hex
-from matplotlib.figure import Figure
-from matplotlib.patches import Rectangle
 
 from steadyload.cli import main
 from steadyload.engines import registry
@@ -29,22 +26,22 @@ from steadyload.properties import mechanics
 from steadyload.properties.closed_forms import Stage
 from steadyload.reports.pages.writing import write_page
 from steadyload.runs.definition import StudyError
+from steadyload.runs.provenance import provenance
 from steadyload.studies.extremes import measuring as extreme_runs
+from steadyload.studies.extremes import running as extreme_cells
 from steadyload.studies.extremes import scenes
-from steadyload.studies.extremes import study as extreme_cells
-from steadyload.studies.extremes.figures import plot_outcomes
-from steadyload.studies.extremes.measuring import Outcome
-from steadyload.studies.extremes.page import extremes_page
-from steadyload.studies.extremes.study import run_extremes
-from steadyload.studies.extremes.summary import (
+from steadyload.studies.extremes.envelopes import (
     ENVELOPE_SWEEPS,
     EnvelopeRow,
     envelope_file,
     envelope_rows,
-    extremes_record,
     from_here_on,
     write_envelopes,
 )
+from steadyload.studies.extremes.measuring import Outcome
+from steadyload.studies.extremes.running import run_extremes
+from steadyload.studies.extremes.showing import summarise
+from steadyload.studies.extremes.study import Extremes
 from steadyload.studies.extremes.sweeps import (
     FREQUENCIES,
     ExtremeCell,
@@ -410,8 +407,8 @@ def measured(tmp_path_factory):
 
 
 def test_the_page_leads_with_what_to_use(measured, tmp_path, assert_drawn):
-    found = extremes_record(measured, 30.0)
-    text = write_page(extremes_page(found, {"made": "here"}), tmp_path).read_text()
+    found = summarise(measured, 30.0, provenance())
+    text = write_page(Extremes().page(found), tmp_path).read_text()
     headings = re.findall(r"^## (.*)$", text, flags=re.MULTILINE)
     holds = {r.engine: r for r in found.from_here_on}
     assert (
@@ -433,54 +430,31 @@ def test_the_page_leads_with_what_to_use(measured, tmp_path, assert_drawn):
         assert_drawn(tmp_path / name)
 
 
-@pytest.fixture
-def unplotted(monkeypatch, undrawn):
-    """Pages have empty figures: what theirs show is told by the tests before."""
-    for plot in ("plot_outcomes", "plot_closed_forms", "plot_closed_form_series"):
-        monkeypatch.setattr(f"steadyload.studies.extremes.page.{plot}", lambda *about: Figure())
+def page_of(cells, folder):
+    """The text of the page of some cells."""
+    page = Extremes().page(summarise(cells, 30.0, provenance()))
+    return write_page(page, folder).read_text()
 
 
-def test_the_same_cells_give_the_same_page(measured, tmp_path, unplotted):
-    texts = [
-        write_page(extremes_page(extremes_record(measured, 30.0), {}), tmp_path / name).read_text()
-        for name in ("one", "two")
-    ]
-    assert texts[0] == texts[1]
+def test_the_same_cells_give_the_same_page(measured, tmp_path, undrawn):
+    assert page_of(measured, tmp_path / "one") == page_of(measured, tmp_path / "two")
 
 
-def test_a_map_has_a_colour_for_every_cell(measured):
-    about = sweeps()["plate-on-edge"]
-    mine = [c for c in measured if c.sweep == "plate-on-edge"]
-    panels = plot_outcomes(about, mine, [15, 60]).axes
-    assert [axes.get_title() for axes in panels] == ["bullet", "chipmunk", "reference"]
-    assert [t.get_text() for t in panels[2].get_xticklabels()] == ["own"]
-    colours = {}
-    for axes in panels:
-        squares = [p for p in axes.patches if isinstance(p, Rectangle)]
-        own = [c for c in mine if c.engine == axes.get_title()]
-        assert len(squares) == len(own)
-        for square, cell in zip(squares, own, strict=True):
-            colours.setdefault(cell.outcome, set()).add(to_hex(square.get_facecolor()))
-            assert square.get_y() + 0.5 == about.values.index(cell.value)
-    shades = [shade for found in colours.values() for shade in found]
-    assert len(shades) == len(set(shades)) == len(colours)
-
-
-def test_a_page_says_who_ran_out_of_time(measured, tmp_path, unplotted):
+def test_a_page_says_who_ran_out_of_time(measured, tmp_path, undrawn):
     late = [
         dataclasses.replace(c, outcome=Outcome.NO_VERDICT)
         if (c.sweep, c.engine, c.value) == ("items", "bullet", 200) and c.frequency == 60
         else c
         for c in measured
     ]
-    text = write_page(extremes_page(extremes_record(late, 30.0), {}), tmp_path).read_text()
+    text = page_of(late, tmp_path)
     assert "1 without a verdict" in text
     assert "larger values may hold: bullet, number of items (60 Hz)." in text
 
 
 def test_a_page_of_a_part_is_a_page(measured, tmp_path, undrawn):
     part = [c for c in measured if c.sweep in ("tower", "bounce")]
-    text = write_page(extremes_page(extremes_record(part, 30.0), {}), tmp_path).read_text()
+    text = page_of(part, tmp_path)
     assert "## What to use" not in text
     assert "## Tower" in text
 
@@ -512,6 +486,21 @@ def test_wrong_names_are_one_sentence(tmp_path, capsys, monkeypatch, arguments, 
     assert main(("extremes", *arguments)) == 2
     assert message in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
+
+
+def test_envelopes_are_written_where_they_are_asked_for(measured, tmp_path, monkeypatch):
+    path, found = tmp_path / "envelopes.json", summarise(measured, 30.0, provenance())
+    monkeypatch.setattr("steadyload.studies.extremes.envelopes.envelope_file", lambda: path)
+    Extremes().beside(found, tmp_path)
+    assert not path.exists()
+    assert not list(Extremes().remarks(found))
+    asked = Extremes(write_envelope=True)
+    asked.beside(found, tmp_path)
+    written = json.loads(path.read_text())
+    assert {name: len(entry["rows"]) for name, entry in written.items()} == {
+        "bullet": 2, "chipmunk": 2,
+    }  # fmt: skip
+    assert list(asked.remarks(found)) == [f"envelopes: {path}"]
 
 
 # --- what is committed --------------------------------------------------------------------------

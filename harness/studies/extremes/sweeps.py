@@ -1,7 +1,7 @@
 """Sweeps to the limits of numerical stability, as data: values and limits of what is held.
 
 A cell is one engine at one frequency and one value. Cells are independent of each other;
-:mod:`steadyload.studies.extremes.study` runs and stores them.
+:mod:`steadyload.studies.extremes.running` runs and stores them.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from steadyload.engines.world import EngineError
 from steadyload.methods.contract.method import Stopwatch, TimeoutExpiredError
 from steadyload.properties import closed_forms as runs
 from steadyload.properties.closed_forms import NoValueError, Stage
+from steadyload.studies.closed_form_errors import OWN_STEPS
 from steadyload.studies.extremes import measuring as extreme_runs
 from steadyload.studies.extremes import scenes
 from steadyload.studies.extremes.measuring import Finding, Outcome
@@ -70,6 +71,11 @@ class ExtremeSweep:
     resolution: float = 1e-3
     stops: int | None = None
 
+    @property
+    def label(self) -> str:
+        """The axis with its unit."""
+        return f"{self.axis} ({self.unit})" if self.unit else self.axis
+
 
 @dataclass(frozen=True, slots=True)
 class ExtremeCell:
@@ -87,6 +93,11 @@ class ExtremeCell:
     outcome: Outcome
     numbers: Mapping[str, float] = field(default_factory=dict)
     note: str = ""
+
+    @property
+    def steps(self) -> str:
+        """Substeps a second, or that the engine chooses its own."""
+        return OWN_STEPS if self.frequency is None else f"{self.frequency}"
 
 
 def sweep_names() -> tuple[str, ...]:

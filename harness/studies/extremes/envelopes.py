@@ -1,23 +1,23 @@
-"""Results of the extremes: each engine's envelope, computed from the cells, and its file."""
+"""Envelopes of engines, computed from the cells of sweeps, and their file."""
 
 from __future__ import annotations
 
 import dataclasses
 import json
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import steadyload.methods
 from steadyload.atomic import write_atomically
 from steadyload.engines.registry import installed_versions
 from steadyload.methods.envelope import ENVELOPES
-from steadyload.properties.closed_form_tests import ClosedFormResult, ClosedFormTest
+from steadyload.reports.columns import column, row, yes_no
 from steadyload.stored import REMEDY, stored_object
+from steadyload.studies.closed_form_errors import hertz
 from steadyload.studies.extremes.measuring import Outcome
-from steadyload.studies.extremes.sweeps import ExtremeCell, ExtremeSweep, sweeps
+from steadyload.studies.extremes.sweeps import ExtremeCell
 
 _SIZE_SWEEPS = ("size-two", "size-five")
 _NOMINAL = 10.0
@@ -33,7 +33,21 @@ Held = dict[float, bool]
 """Measured value -> whether it was held."""
 
 
-@dataclass(frozen=True, slots=True)
+def _limit(value: float) -> str:
+    return f"{value:,.0f}" if value else "none"
+
+
+class Edges(NamedTuple):
+    """A range of edges [cm]; zeros where there is none."""
+
+    least: float
+    most: float
+
+    def __str__(self) -> str:
+        return f"{self.least:g} to {self.most:g}" if self.most else "none"
+
+
+@row
 class EnvelopeRow:
     """Envelope of an engine at one frequency, at the label's thresholds.
 
@@ -41,49 +55,25 @@ class EnvelopeRow:
     ``sees_falls``: a plate beyond an edge falls, and one before it stays.
     """
 
-    engine: str
-    frequency: int | None
-    tower_height: int
-    heavy_on_light: float
-    light_on_heavy: float
+    engine: str = column()
+    frequency: int | None = column("substeps", hertz)
+    tower_height: int = column("stacks", _limit)
+    heavy_on_light: float = column("heavy on light", _limit)
+    light_on_heavy: float = column("light on heavy", _limit)
     least_size: float
     most_size: float
-    item_count: int
-    sees_falls: bool
+    item_count: int = column("items", _limit)
+    sees_falls: bool = column("sees falls", yes_no)
 
+    @property
+    def rate(self) -> str:
+        """The frequency with its unit."""
+        return hertz(self.frequency)
 
-@dataclass(frozen=True, slots=True)
-class Extremes:
-    """All results of the study of extremes.
-
-    ``envelope``: at the label's thresholds; ``rests``: at those of rest. ``from_here_on`` and
-    ``at_rest``: the same, for values held at that frequency and all higher ones; only where falls
-    are detected and two cubes hold, and one row where two are equal. ``timeout``: of a cell [s].
-    """
-
-    sweeps: tuple[ExtremeSweep, ...]
-    cells: tuple[ExtremeCell, ...]
-    envelope: tuple[EnvelopeRow, ...]
-    rests: tuple[EnvelopeRow, ...]
-    from_here_on: tuple[EnvelopeRow, ...]
-    at_rest: tuple[EnvelopeRow, ...]
-    timeout: float
-
-
-def extremes_record(cells: Sequence[ExtremeCell], timeout: float) -> Extremes:
-    """The record for the page; sweeps without cells are left out."""
-    measured = {cell.sweep for cell in cells}
-    rows = envelope_rows(cells)
-    strict = envelope_rows(cells, frozenset({Outcome.CLOSE}))
-    return Extremes(
-        sweeps=tuple(s for name, s in sweeps().items() if name in measured),
-        cells=tuple(cells),
-        envelope=rows,
-        rests=strict,
-        from_here_on=from_here_on(rows),
-        at_rest=from_here_on(strict),
-        timeout=timeout,
-    )
+    @property
+    def edges(self) -> Edges:
+        """The range of edges that were held."""
+        return Edges(self.least_size, self.most_size)
 
 
 GOOD = frozenset(outcome for outcome in Outcome if outcome.good)
@@ -145,14 +135,14 @@ def _range(held: Mapping[str, Held]) -> tuple[float, float]:
 def from_here_on(rows: Sequence[EnvelopeRow]) -> tuple[EnvelopeRow, ...]:
     """Envelopes that hold at a frequency and at all higher ones that were measured."""
     kept: list[EnvelopeRow] = []
-    for engine in dict.fromkeys(row.engine for row in rows):
+    for engine in dict.fromkeys(r.engine for r in rows):
         mine = sorted((r for r in rows if r.engine == engine), key=lambda r: -(r.frequency or 0))
         joined: list[EnvelopeRow] = []
-        for row in mine:
-            joined.append(_both(row, joined[-1]) if joined else row)
-        rising = [row for row in reversed(joined) if row.sees_falls and _holds_two(row)]
+        for own in mine:
+            joined.append(_both(own, joined[-1]) if joined else own)
+        rising = [r for r in reversed(joined) if r.sees_falls and _holds_two(r)]
         alike = [dataclasses.replace(b, frequency=a.frequency) == a for a, b in pairwise(rising)]
-        kept += [row for row, same in zip(rising, [False, *alike], strict=False) if not same]
+        kept += [r for r, same in zip(rising, [False, *alike], strict=False) if not same]
     return tuple(kept)
 
 
@@ -169,36 +159,6 @@ def _both(row: EnvelopeRow, higher: EnvelopeRow) -> EnvelopeRow:
     both = ("tower_height", "heavy_on_light", "light_on_heavy", "item_count", "sees_falls")
     least_of_two = {name: min(getattr(row, name), getattr(higher, name)) for name in both}
     return dataclasses.replace(row, least_size=least, most_size=most, **least_of_two)
-
-
-def expected_value(sweep: ExtremeSweep, value: float, cells: Sequence[ExtremeCell]) -> float | None:
-    """Value of the closed form, as the cells hold it; None where no engine has a result."""
-    mine = (c for c in cells if c.sweep == sweep.name and c.value == value)
-    return next((c.numbers["expected"] for c in mine if "expected" in c.numbers), None)
-
-
-def closed_form_test(sweep: ExtremeSweep, value: float) -> ClosedFormTest:
-    """One value of a sweep as a test, in per cent of its closed form."""
-    axis = f"{sweep.axis} ({sweep.unit})" if sweep.unit else sweep.axis
-    return ClosedFormTest(
-        f"{sweep.name} {value:g}", sweep.title, sweep.definition, 1.0, sweep.quantity,
-        relative=True, resolution=sweep.resolution, argument=value, argument_name=axis,
-    )  # fmt: skip
-
-
-def closed_form_results(
-    sweep: ExtremeSweep, cells: Sequence[ExtremeCell]
-) -> list[ClosedFormResult]:
-    """Errors in per cent of the closed form, where that is not 0."""
-    results = []
-    for c in cells:
-        expected = c.numbers.get("expected")
-        if c.sweep == sweep.name and expected:
-            found = c.numbers["found"]
-            error = 100.0 * (found - expected) / expected
-            name = f"{sweep.name} {c.value:g}"
-            results.append(ClosedFormResult(name, c.engine, c.frequency, found, error))
-    return results
 
 
 def envelope_file() -> Path:
@@ -222,8 +182,8 @@ def write_envelopes(
     """
     path = path or envelope_file()
     entries = stored_object(path, REMEDY) if path.exists() else {}
-    for engine in dict.fromkeys(row.engine for row in rows):
-        holds, still = ([row for row in of if row.engine == engine] for of in (rows, rests))
+    for engine in dict.fromkeys(r.engine for r in rows):
+        holds, still = ([r for r in of if r.engine == engine] for of in (rows, rests))
         packages = set(installed_versions(engine)) & set(made_by["versions"])
         entries[engine] = {
             "made": {
@@ -231,8 +191,8 @@ def write_envelopes(
                 "versions": {name: made_by["versions"][name] for name in sorted(packages)},
             },
             "rows": [
-                {"frequency": row.frequency, "holds": _holds(row), "rests": _holds(strict)}
-                for row, strict in zip(holds, still, strict=True)
+                {"frequency": own.frequency, "holds": _holds(own), "rests": _holds(strict)}
+                for own, strict in zip(holds, still, strict=True)
             ],
         }
     write_atomically(path, json.dumps(entries, indent=1) + "\n")
