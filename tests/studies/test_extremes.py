@@ -234,10 +234,8 @@ def test_a_second_run_measures_only_what_is_missing(tmp_path, monkeypatch):
         return run_extremes(tmp_path, **{**asked, "frequencies": [10], **changes})
 
     first, measured = run(), []
-    real = extreme_cells.measure_unit
-    monkeypatch.setattr(
-        extreme_cells, "measure_unit", lambda unit: measured.append(unit) or real(unit)
-    )
+    real = extreme_cells.measured
+    monkeypatch.setattr(extreme_cells, "measured", lambda unit: measured.append(unit) or real(unit))
     assert run() == first
     assert not measured
     assert len(run(frequencies=[10, 15], only_sweeps=["light-on-heavy"])) == len(measured) * 2

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -21,7 +21,7 @@ from steadyload.errors import nearest
 from steadyload.methods.simulation import loading
 from steadyload.progress import Progress, silent
 from steadyload.properties import closed_forms as closed_form_runs
-from steadyload.runs.asked import Asked, asked
+from steadyload.runs.asked import Asked, asked, measured
 from steadyload.runs.definition import StudyError
 from steadyload.runs.pool import IN_THIS_PROCESS, PartLimit
 from steadyload.runs.provenance import made_on, provenance
@@ -61,12 +61,6 @@ class CellUnit(Asked[ExtremeCell], question="extremes"):
     def measure(self) -> ExtremeCell:
         """Measure it."""
         return measure_cell(self.sweep, self.engine, self.frequency, self.value, self.timeout)
-
-
-def measure_unit(unit: CellUnit) -> Iterator[ExtremeCell]:
-    """Prepare the engine, then measure a unit's cell."""
-    world_class(unit.engine).warm_up(0)
-    return map(CellUnit.measure, (unit,))
 
 
 def cell_without_verdict(unit: CellUnit, part: int, reason: str) -> ExtremeCell:
@@ -132,7 +126,7 @@ def run_extremes(
                 world_class(engine).warm_up(0)  # compiled here, not in every worker
             store.complete(
                 waiting,
-                measure_unit,
+                measured,
                 crashed=cell_without_verdict,
                 limit=PartLimit(hard_seconds(timeout), cell_without_verdict),
                 workers=workers,
