@@ -33,7 +33,7 @@ STUDIES: dict[str, str] = {
     "uncertain": "steadyload.studies.uncertain.study:Uncertain",
     "session": "steadyload.studies.session.study:Session",
     "speed": "steadyload.studies.speed.config:STUDY",
-    "engines": "steadyload.studies.engines.config:STUDY",
+    "engines": "steadyload.studies.engines.study:EngineStudy",
     "precision": "steadyload.studies.precision.study:Precision",
     "scope": "steadyload.studies.scope.study:Scope",
     "closed_forms": "steadyload.studies.closed_forms.study:ClosedForms",

@@ -141,9 +141,9 @@ def curves(
                     seen.marker, color=seen.colour, markerfacecolor="white",
                     markersize=_STYLE["markersize"],
                 )  # fmt: skip
+        axes.set(xscale="log" if "x" in log else "linear", yscale="log" if "y" in log else "linear")
         for at in {value(row, limit) for row in members} - {None} if limit else ():
             axes.axhline(at, color="#7f7f7f", linewidth=0.8, linestyle=":")
-        axes.set(xscale="log" if "x" in log else "linear", yscale="log" if "y" in log else "linear")
         if own_y and "y" in log:
             _show_two_decades(axes)
         axes.yaxis.set_major_formatter(PLAIN_TICKS)
@@ -167,9 +167,8 @@ def curves(
     if above:
         figure.tight_layout()
     if not ends:
-        legend(figure, "beside")
-    if wrapped and len(panels) < len(drawn) and (beside_last := figure.axes[-1].get_legend()):
-        beside_last.set_in_layout(False)  # it stands in the place of a panel
+        has_room = len(panels) < len(drawn)
+        legend(figure, ("corner" if has_room else "right") if wrapped else "beside")
     return Chart(figure)
 
 

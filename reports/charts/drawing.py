@@ -6,21 +6,17 @@ A chart shows what it is given and computes nothing. Cost stands on x (logarithm
 from __future__ import annotations
 
 import io
-from collections.abc import Collection, Mapping
 from typing import Any, Literal, NamedTuple
 
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogFormatter, NullFormatter
 
 from steadyload.reports.interactive import CostPoint, Interactive
 from steadyload.reports.style import (
     colour,
-    engine_colour,
-    engine_marker,
     face,
     marker,
 )
@@ -141,38 +137,33 @@ def set_cost_axis(axes: Axes) -> None:
     axes.grid(visible=True, which="major", linewidth=0.4, alpha=0.6)
 
 
-def legend(figure: Figure, place: Literal["beside", "right", "upper left", "best"]) -> None:
+def legend(
+    figure: Figure, place: Literal["beside", "right", "corner", "upper left", "best"]
+) -> None:
     """The legend of a figure without a frame; none where nothing is named.
 
     Args:
         figure: its panels are drawn.
-        place: "beside" the last panel, for what that shows; "right" of all panels, for what any of
-            them shows; else a place within the last one, as of Matplotlib.
+        place: "beside" the last panel, for what that shows; "right" of all panels, or in the
+            lower right "corner", for what any of them shows; else a place within the last one, as
+            of Matplotlib.
     """
     last = figure.axes[-1]
-    if place == "right":
+    if place == "right" or place == "corner":
         named = [axes.get_legend_handles_labels() for axes in figure.axes]
         shown = {
             label: handle
             for handles, labels in named
             for handle, label in zip(handles, labels, strict=True)
         }
-        figure.legend(shown.values(), shown.keys(), loc="outside right upper", frameon=False)
+        if shown:
+            figure.legend(
+                shown.values(), shown.keys(), frameon=False,
+                loc="outside right upper" if place == "right" else "lower right",
+            )  # fmt: skip
     elif not last.get_legend_handles_labels()[0]:
         return
     elif place == "beside":
         last.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False)
     else:
         last.legend(loc=place, frameon=False)
-
-
-def engine_legend(figure: Figure, labels: Mapping[str, str], dashed: Collection[str] = ()) -> None:
-    """One legend below all panels: the label of every engine; dashed lines for some."""
-    handles = []
-    for engine, label in labels.items():
-        line = Line2D(
-            [], [], marker=engine_marker(engine), color=engine_colour(engine), label=label
-        )
-        line.set_linestyle("--" if engine in dashed else "-")
-        handles.append(line)
-    figure.legend(handles=handles, loc="lower center", ncols=max(1, len(handles)), frameon=False)

@@ -9,7 +9,7 @@ from steadyload.reports.pages.writing import write_page
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.variance import SourceShare
 from steadyload.studies.engines import sources as module
-from steadyload.studies.engines.page import engine_study_page
+from steadyload.studies.engines.showing import Found
 from steadyload.studies.engines.sources import (
     ANSWERS,
     DESIGNS,
@@ -17,7 +17,8 @@ from steadyload.studies.engines.sources import (
     SourceTable,
     sources_of_differences,
 )
-from steadyload.studies.engines.sources_section import leading_source
+from steadyload.studies.engines.study import EngineStudy
+from steadyload.studies.kit import Lab
 
 BOTH = Design("lists", ("ps_opt",), (Question.WITHIN, Question.STANDS))
 
@@ -27,8 +28,8 @@ def found(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(module, "DESIGNS", (BOTH,))
         work = tmp_path_factory.mktemp("sources")
-        tables = sources_of_differences({"lists": 4}, work, workers=0)
-        again = sources_of_differences({"lists": 4}, work, workers=0)
+        tables = sources_of_differences(Lab(work, 0), {"lists": 4})
+        again = sources_of_differences(Lab(work, 0), {"lists": 4})
     assert again == tables
     return tables
 
@@ -62,6 +63,15 @@ def test_all_of_the_differences_are_shared_out(found):
             assert sum(share.whole.value for share in table.shares) == pytest.approx(1.0)
 
 
+def page_of(tables):
+    return EngineStudy().page(Found(None, [], [], [], tables, {}))
+
+
+def leading(*tables):
+    """The first paragraph of the page."""
+    return page_of(tables).summary.partition("\n")[0]
+
+
 def made_up(parameters, shares, questions=(Question.WITHIN,)):
     of = [("engine",), ("parameters",), ("engine", "parameters")]
     about = [SourceShare(f, *[Estimate(value, value, value, 50)] * 3)
@@ -74,17 +84,17 @@ def test_the_answer_shows_every_choice_of_parameters_and_all_shares():
     both = (Question.WITHIN, Question.STANDS)
     four = made_up(("ps3-literal", "ps_opt"), (0.147, 0.555, 0.298))
     two = made_up(("ps_opt", "label"), (0.530, 0.083, 0.387))
-    said = leading_source([four, two, made_up(("ps_opt",), (0.25, 0.61, 0.14), both)])
+    said = leading(four, two, made_up(("ps_opt",), (0.25, 0.61, 0.14), both))
     for shown in ("14.7", "55.5", "29.8", "53.0", "8.3", "38.7"):
         assert f"{shown} [" in said
     assert "25.0" not in said
     assert "depends on the parameter sets" in said
-    assert "depends on" not in leading_source([four])
-    assert "depends on" not in leading_source([four, made_up(("ps_opt",), (0.1, 0.6, 0.3))])
+    assert "depends on" not in leading(four)
+    assert "depends on" not in leading(four, made_up(("ps_opt",), (0.1, 0.6, 0.3)))
 
 
 def test_the_page_says_the_largest_source_first(found, tmp_path):
-    text = write_page(engine_study_page([], [], [], [], found, {}), tmp_path).read_text()
+    text = write_page(page_of(found), tmp_path).read_text()
     assert "cases have verdicts that differ" in text
     assert "figures/sources" in text
     assert text.index("what verdicts differ by") < text.index("| what differs")

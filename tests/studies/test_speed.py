@@ -9,14 +9,16 @@ from steadyload.layouts.packing.packing import random_layouts
 from steadyload.methods.simulation.scene import planar_scene
 from steadyload.reports.pages.writing import write_page
 from steadyload.studies.engines import speed
-from steadyload.studies.engines.page import engine_study_page
+from steadyload.studies.engines.agreeing import Drawn, engine_agreement, option_effects
+from steadyload.studies.engines.showing import Found
 from steadyload.studies.engines.speed import (
     ITEM_COUNTS,
     brick_wall,
     random_pile,
     speed_curves,
 )
-from steadyload.studies.engines.study import Drawn, engine_agreement, option_effects
+from steadyload.studies.engines.study import EngineStudy
+from steadyload.studies.kit import Lab
 
 
 @pytest.mark.deep("piles of up to 200 items: 7 s")
@@ -30,7 +32,7 @@ def test_curves_cover_every_engine_and_add_up(tmp_path, monkeypatch):
     """One wall is too large for 3-D engines, as one of 25 bricks is in the published curves."""
     monkeypatch.setattr(speed, "_LARGEST_SPATIAL_WALL", 10)
     monkeypatch.setattr(speed, "_REPEATS", 3)
-    curves = speed_curves(tmp_path / "speed", (4, 10, 11))
+    curves = speed_curves(Lab(tmp_path), (4, 10, 11))
     assert {(c.engine, c.scene): len(c.points) for c in curves} == {
         (engine, scene): 2 if scene == "wall" and spatial else 3
         for engine in engines_here()
@@ -46,7 +48,8 @@ def test_curves_cover_every_engine_and_add_up(tmp_path, monkeypatch):
             assert 0.0 < point.step <= point.total
             assert max(point.build, point.read) <= point.total
             assert (point.floor is None) == (curve.scope == "local")
-    text = write_page(engine_study_page([], [], curves, [], [], {}), tmp_path).read_text()
+    page = EngineStudy().page(Found(None, [], curves, [], [], {}))
+    text = write_page(page, tmp_path).read_text()
     assert "J^" not in text  # the exponents stand in the figure
     assert list((tmp_path / "figures").glob("growth.*.svg"))
 
@@ -61,19 +64,22 @@ def test_the_floor_is_the_time_of_steps_alone(engine, told_time):
 def test_a_curve_that_was_measured_is_not_measured_again(tmp_path, monkeypatch):
     monkeypatch.setattr(speed, "engines_here", lambda: ("chipmunk",))
     monkeypatch.setattr(speed, "_REPEATS", 1)
-    points = [curve.points for curve in speed_curves(tmp_path, (4, 10))]
+    points = [curve.points for curve in speed_curves(Lab(tmp_path), (4, 10))]
     monkeypatch.setattr(speed, "_measure", None)
-    assert [curve.points for curve in speed_curves(tmp_path, (4, 10))] == points
+    assert [curve.points for curve in speed_curves(Lab(tmp_path), (4, 10))] == points
 
 
 def test_agreement_and_options_are_counted_on_the_same_layouts(tmp_path):
-    drawn = Drawn(4, seed=1, most_items=5)
-    rows = engine_agreement(drawn, tmp_path, (60, 90), workers=0)
-    assert [row.frequency for row in rows] == [60, 90]
-    assert all(e.n == 4 for row in rows for e in row.agreement.values())
-    effects = {(e.option, e.engine): e for e in option_effects(drawn, tmp_path, workers=0)}
-    assert ("10 solver iterations", "dart") not in effects  # DART ignores it
-    assert all(e.ratio > 0 for e in effects.values())
+    drawn, lab = Drawn(4, seed=1, most_items=5), Lab(tmp_path, 0)
+    found = engine_agreement(lab, drawn, (60, 90))
+    assert all(list(pair.same) == [60, 90] for pair in found.pairs)
+    assert all(share.n == 4 for pair in found.pairs for share in pair.same.values())
+    assert {(point.engine, point.other) for point in found.points} == {
+        both for pair in found.pairs for both in (pair.engines, pair.engines[::-1])
+    }
+    effects = {effect.option: effect for effect in option_effects(lab, drawn)}
+    assert "dart" not in effects["10 solver iterations"].changed  # DART ignores it
+    assert all(ratio > 0 for effect in effects.values() for ratio in effect.ratio.values())
 
 
 def test_generated_layouts_start_alike_and_differ():

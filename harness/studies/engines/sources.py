@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import product
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,12 +18,13 @@ from steadyload.layouts.benchmark.dataset import LISTS, REAL, set_named
 from steadyload.layouts.model.question import Question, with_question
 from steadyload.methods.registry import make_method
 from steadyload.methods.tuned import TUNED, tuned_engines
-from steadyload.progress import NamedProgress, silent
+from steadyload.reports.columns import column, percent, row
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.judged import JudgedCases, load_judged
-from steadyload.runs.pool import Executor
 from steadyload.runs.runner import run_study
+from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.variance import SourceShare, source_shares
+from steadyload.studies.kit import Lab
 
 ENGINE, PARAMETERS, QUESTION = "engine", "parameters", "question"
 
@@ -85,6 +85,17 @@ ANSWERS: Mapping[str, Callable[[NDArray[np.float64]], NDArray[np.float64]]] = {
 the page speaks of comes first."""
 
 
+@row
+class Source:
+    """A source of differences, in a design: factors, and shares of all differences."""
+
+    design: str
+    factors: str = column("what differs")
+    whole: Estimate = column("share of all differences %", percent)
+    always: Estimate = column("the same on all cases %", percent)
+    by_case: Estimate = column("from case to case %", percent)
+
+
 @dataclass(frozen=True)
 class SourceTable:
     """Shares of all sources in the differences between the verdicts of a design.
@@ -106,21 +117,37 @@ class SourceTable:
     differing: float
     shares: tuple[SourceShare, ...]
 
+    @property
+    def rows(self) -> list[Source]:
+        """Rows of its table."""
+        asked = self.design
+        title = (
+            f"{asked.labelled_set} (n = {self.cases}): {', '.join(asked.parameters)}; "
+            f"{' and '.join(map(str, asked.questions))}"
+        )
+        return [
+            Source(title, " with ".join(s.factors), s.whole, s.always, s.by_case)
+            for s in self.shares
+        ]
 
-def sources_of_differences(
-    limits: Mapping[str, int],
-    work: Path,
-    *,
-    workers: int | Executor = 1,
-    progress: NamedProgress = silent,
-) -> list[SourceTable]:
+    @property
+    def single(self) -> list[SourceShare]:
+        """Shares of single factors, the largest first."""
+        single = [share for share in self.shares if len(share.factors) == 1]
+        return sorted(single, key=lambda share: -share.whole.value)
+
+    @property
+    def combined(self) -> list[SourceShare]:
+        """Shares of several factors together."""
+        return [share for share in self.shares if len(share.factors) > 1]
+
+
+def sources_of_differences(lab: Lab, limits: Mapping[str, int]) -> list[SourceTable]:
     """Judge the cases of all designs, as far as that is missing, and share out the differences.
 
     Args:
+        lab: where it runs.
         limits: cases a scenario, by labelled set; a set that is not named is left out.
-        work: folder of the run folders, one a labelled set.
-        workers: see :func:`steadyload.runs.runner.run_study`.
-        progress: called with what is done, the rows done and those to be done.
 
     Raises:
         ResultsError: a folder holds another study.
@@ -137,11 +164,12 @@ def sources_of_differences(
             limit=limit,
             shard_size=_SHARD,
         )
+        folder = lab.work / "sources" / name
         run_study(
-            definition, work / name, workers=workers,
-            progress=lambda *of, name=name: progress(f"judging {name}", *of),
+            definition, folder, workers=lab.workers,
+            progress=lambda *of, name=name: lab.progress(f"judging {name}", *of),
         )  # fmt: skip
-        judged = load_judged(work / name)
+        judged = load_judged(folder)
         tables += [table_of(judged, design, answer) for design in designs for answer in ANSWERS]
     return tables
 

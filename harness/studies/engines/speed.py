@@ -5,13 +5,12 @@ Everything here is measured in one process, alternatives in turn, in CPU time; c
 
 from __future__ import annotations
 
+import math
 import multiprocessing
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 
@@ -22,11 +21,11 @@ from steadyload.methods.contract.method import Status, Verdict
 from steadyload.methods.registry import make_method
 from steadyload.methods.simulation.scene import boxes
 from steadyload.methods.simulation.simulation_parameters import SimulationParameters
-from steadyload.progress import NamedProgress, silent
-from steadyload.runs.asked import Asked, kept_rows
+from steadyload.reports.columns import column, fixed, row, significant
 from steadyload.runs.provenance import made_on
 from steadyload.runs.worker import worker_environment
 from steadyload.statistics.growth import slope
+from steadyload.studies.kit import Asked, Lab
 
 ITEM_COUNTS = (5, 10, 20, 50, 100, 200)
 TUNING = "t_max=0.3,frequency=90,between_steps=reseat,samples=1"
@@ -43,7 +42,7 @@ _ENOUGH_SECONDS = 2.0
 """Time above which a case is not repeated [s]."""
 
 
-@dataclass(frozen=True, slots=True)
+@row
 class SpeedPoint:
     """Cost of one layout [CPU ms, medians over ``repeats``].
 
@@ -51,13 +50,13 @@ class SpeedPoint:
     measured.
     """
 
-    item_count: int
-    total: float
-    build: float
-    step: float
-    read: float
-    floor: float | None
-    create: float | None
+    item_count: int = column("J")
+    total: float = column("CPU ms", significant)
+    build: float = column("build ms", significant)
+    step: float = column("step ms", significant)
+    read: float = column("read ms", significant)
+    floor: float | None = column("floor ms", significant)
+    create: float | None = column("create ms", significant)
     repeats: int
 
     @property
@@ -68,25 +67,63 @@ class SpeedPoint:
         return 1e3 * (self.total - self.floor - self.create) / self.item_count
 
 
-@dataclass(frozen=True, slots=True)
+@row
 class SpeedCurve:
     """Cost against the number of items: one engine, one scene, one scope."""
 
-    engine: str
-    scene: str
-    scope: str
+    engine: str = column()
+    scene: str = column()
+    scope: str = column()
     points: tuple[SpeedPoint, ...]
     exponent: float
 
+    @property
+    def title(self) -> str:
+        """Title of its line, with the exponent where that is known."""
+        growth = f": J^{self.exponent:.2f}" if math.isfinite(self.exponent) else ""
+        return f"{self.engine}, {self.scene}, {self.scope}{growth}"
 
-@dataclass(frozen=True, slots=True)
+    @property
+    def is_regular(self) -> bool:
+        """Whether the scene is a wall."""
+        return self.scene != "pile"
+
+
+@row
+class Cost:
+    """A point of a curve; the share of steps [%], and all else [CPU us a placement]."""
+
+    curve: SpeedCurve
+    point: SpeedPoint
+    share: float = column("step %", fixed)
+    own: float | None = column("own us a placement", fixed)
+
+
+def costs(curves: Sequence[SpeedCurve]) -> list[Cost]:
+    """All points of curves."""
+    return [
+        Cost(curve, point, 100.0 * point.step / point.total, point.own)
+        for curve in curves
+        for point in curve.points
+    ]
+
+
+@row
 class Throughput:
     """Layouts a second [1/s, wall time] over one process and over two."""
 
-    engine: str
-    layouts: int
-    one: float
-    two: float
+    engine: str = column()
+    layouts: int = column("n")
+    one: float = column("layouts/s, 1 process", significant)
+    two: float = column("layouts/s, 2 processes", significant)
+
+
+@row
+class Gain:
+    """A throughput, and that over two processes by that over one."""
+
+    throughput: Throughput
+    gain: float = column(form="{:.2f}".format)
 
 
 @cache
@@ -134,20 +171,10 @@ class SpeedUnit(Asked[SpeedCurve], question="cost by number of items"):
         return SpeedCurve(self.engine, self.scene, self.scope, tuple(points), _exponent(points))
 
 
-def speed_curves(
-    work: Path, counts: Sequence[int] = ITEM_COUNTS, *, progress: NamedProgress = silent
-) -> list[SpeedCurve]:
-    """Cost against the number of items, per engine: the whole pile, local scope, and the wall.
-
-    Args:
-        work: folder of the curves that were measured.
-        counts: numbers of items.
-        progress: called with what is done, the curves done and those to be done.
-    """
+def speed_curves(lab: Lab, counts: Sequence[int] = ITEM_COUNTS) -> list[SpeedCurve]:
+    """Cost against the number of items, per engine: the whole pile, local scope, and the wall."""
     units = list(_speed_units(tuple(counts)))
-    return kept_rows(
-        work / "measured", units, SpeedCurve, progress=lambda *of: progress("speed", *of)
-    ).rows
+    return lab.measure(units, SpeedCurve, folder="speed/measured").rows
 
 
 def _speed_units(counts: tuple[int, ...]) -> Iterator[SpeedUnit]:
@@ -186,24 +213,15 @@ class ThroughputUnit(Asked[Throughput], question="throughput"):
         return Throughput(self.engine, self.layouts, *rates)
 
 
-def throughput(
-    work: Path, *, layouts: int = 60, progress: NamedProgress = silent
-) -> list[Throughput]:
-    """Layouts a second over one process and over two, wall time, start-up excluded.
-
-    Args:
-        work: folder of what was measured.
-        layouts: how many are judged.
-        progress: called with what is done, the engines done and those to be done.
-    """
+def throughput(lab: Lab, layouts: int = 60) -> list[Gain]:
+    """Layouts a second over one process and over two, wall time, start-up excluded."""
     units = [
         ThroughputUnit(engine, layouts, made_on(engine))
         for engine in engines_here()
         if world_class(engine).capabilities.dimensions == 3
     ]
-    return kept_rows(
-        work / "measured", units, Throughput, progress=lambda *of: progress("throughput", *of)
-    ).rows
+    rates = lab.measure(units, Throughput, folder="throughput/measured").rows
+    return [Gain(rate, rate.two / rate.one) for rate in rates]
 
 
 def _judge_part(spec: str, layouts: list[Layout]) -> int:
