@@ -34,4 +34,5 @@ class Convergence(Study["Found"]):
         )
 
         opinions = (*OPINIONS, SECOND_MODEL) if self.second_model else OPINIONS
-        return compare(made_with(lab.work), *judged(lab, self.layouts, self.sample, opinions))
+        found = judged(lab, self.layouts, self.sample, opinions)
+        return compare(made_with(lab.work), *found)
