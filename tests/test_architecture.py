@@ -199,7 +199,7 @@ def circles(arrows):
 
 
 DRAWING = {
-    "real.figures", "replication.figures",
+    "replication.figures",
     "table5.cost_figures", "table5.figures", "tuning.figures", "tuning.search_figures",
 }  # fmt: skip
 """Modules of studies that draw without the kinds of charts of `reports`; no other one may."""

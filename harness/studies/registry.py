@@ -25,7 +25,7 @@ STUDIES: dict[str, str] = {
     "comparison": "steadyload.studies.comparison.study:Comparison",
     "table5": "steadyload.studies.table5.config:STUDY",
     "sensitivity": "steadyload.studies.sensitivity.study:Sensitivity",
-    "real": "steadyload.studies.real.config:STUDY",
+    "real": "steadyload.studies.real.study:Real",
     "cascade": "steadyload.studies.cascade.study:Cascade",
     "tuning": "steadyload.studies.tuning.config:STUDY",
     "learned": "steadyload.studies.learned.config:STUDY",

@@ -17,9 +17,6 @@ from steadyload.reports.style import DASHES, LOOKS
 _STYLE = {"linewidth": 1.1, "markersize": 5.0}
 _ENDS = {"elinewidth": 0.6, "capsize": 2.0}
 _THIN = {"linewidth": 0.7, "markersize": 3.0}
-_ASIDE = 1.04
-"""Factor between the places of lines that are drawn aside."""
-
 _ROOM = 1.2
 """Smallest factor between ticks of a log axis that do not overlap."""
 
@@ -43,7 +40,7 @@ def curves(
     ends: bool = False,
     across: int = 0,
     own_y: bool = False,
-    apart: bool = False,
+    apart: float = 1.0,
     percent: str = "",
     log: str = "",
     ticks: str = "",
@@ -76,7 +73,7 @@ def curves(
         across: panels beside each other; 0 for all of them.
         own_y: whether every panel has a y of its own, of two decades or more where it is
             logarithmic, so that a flat line looks flat; else they share one.
-        apart: whether lines are drawn a little aside, so that none hides the intervals of another.
+        apart: factor in x from one line to the next, so that none hides the intervals of another.
         percent: axes of shares that are shown in per cent: "x", "y" or "xy".
         log: axes that are logarithmic, likewise.
         ticks: numbers of a panel that x has its ticks at: "all", or those "apart" that upright
@@ -124,7 +121,7 @@ def curves(
             own.sort(key=lambda row: _place(value(row, name), texts))
             seen = look_of(value(own[0], of) if of else line, lines.index(line))
             dashed = _dashes(value(own[0], dash), dashes) if dash else 0
-            aside = _ASIDE ** (lines.index(line) - 0.5 * (len(lines) - 1)) if apart else 1.0
+            aside = apart ** (lines.index(line) - 0.5 * (len(lines) - 1))
             drawn_as = _THIN if thin and value(own[0], thin) else {}
             places = _across(own, name, texts, aside * _scale("x", percent))
             values = along(own, y, _scale("y", percent))

@@ -144,26 +144,23 @@ def legend(
 
     Args:
         figure: its panels are drawn.
-        place: "beside" the last panel, for what that shows; "right" of all panels, or in the
-            lower right "corner", for what any of them shows; else a place within the last one, as
-            of Matplotlib.
+        place: "beside" the last panel, "right" of all panels, or in the lower right "corner", for
+            what any of them shows; else a place within the last one, as of Matplotlib, for what
+            that shows.
     """
     last = figure.axes[-1]
-    if place == "right" or place == "corner":
-        named = [axes.get_legend_handles_labels() for axes in figure.axes]
-        shown = {
-            label: handle
-            for handles, labels in named
-            for handle, label in zip(handles, labels, strict=True)
-        }
-        if shown:
-            figure.legend(
-                shown.values(), shown.keys(), frameon=False,
-                loc="outside right upper" if place == "right" else "lower right",
-            )  # fmt: skip
-    elif not last.get_legend_handles_labels()[0]:
+    shown: dict[str, Any] = {}
+    for axes in figure.axes if place in ("right", "beside", "corner") else (last,):
+        handles, labels = axes.get_legend_handles_labels()
+        shown |= dict(zip(labels, handles, strict=True))
+    if not shown:
         return
+    named: Any = (list(shown.values()), list(shown))
+    if place == "right":
+        figure.legend(*named, loc="outside right upper", frameon=False)
+    elif place == "corner":
+        figure.legend(*named, loc="lower right", frameon=False)
     elif place == "beside":
-        last.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False)
+        last.legend(*named, loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False)
     else:
-        last.legend(loc=place, frameon=False)
+        last.legend(*named, loc=place, frameon=False)

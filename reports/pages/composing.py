@@ -62,8 +62,9 @@ class _Place(str):
 def composed(template: Path, values: Mapping[str, Any], made_with: Mapping[str, str]) -> Page:
     """The page of a template.
 
-    The text before the first section is the title and the summary. Lines of a paragraph are joined,
-    but for those of a value that is given through ``verbatim``.
+    The text before the first section is the title and the summary, where tables are whole and no
+    chart stands. Lines of a paragraph are joined, but for those of a value that is given through
+    ``verbatim``.
     In a template stand, each where its block is to be, and with the caption as the body of its
     ``call`` block:
 
@@ -94,7 +95,8 @@ def composed(template: Path, values: Mapping[str, Any], made_with: Mapping[str, 
     head, *parts = re.split(r"^## ", text, flags=re.M)
     title, _, summary = head.strip().partition("\n")
     sections = [_section(part, blocks) for part in parts]
-    return Page(title.removeprefix("# "), _flowing(summary), sections, made_with)
+    summary = _BLOCK.sub(lambda at: str(blocks[int(at[1])]), _flowing(summary))
+    return Page(title.removeprefix("# "), summary, sections, made_with)
 
 
 def _place(template: Path, error: Exception) -> str:

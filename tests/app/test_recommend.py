@@ -31,8 +31,9 @@ from steadyload.runs.results import load_results
 from steadyload.runs.runner import run_study
 from steadyload.statistics.error_costs import ErrorShares
 from steadyload.statistics.estimate import Estimate
+from steadyload.studies.kit import Lab
 from steadyload.studies.real.fronts import measured_in
-from steadyload.studies.real.study import RealStudyOptions, judge_real
+from steadyload.studies.real.study import Real
 
 WITHIN, STANDS = Question.WITHIN, Question.STANDS
 
@@ -330,7 +331,7 @@ def real(tmp_path_factory, networks):
     """The work folder of the study of layouts of real size, on a few of them."""
     work = tmp_path_factory.mktemp("real")
     methods = ("fbs", "settling", *networks.values())
-    judge_real(RealStudyOptions(methods, limit=4, small=4, pallets=0), work, workers=0)
+    Real(methods=methods, limit=4, small=4, pallets=0).run(Lab(work, workers=0))
     return work
 
 

@@ -220,11 +220,22 @@ def test_panels_of_curves_wrap_and_have_ticks_of_their_own():
     ]  # fmt: skip
 
 
+def test_the_legend_of_curves_names_lines_of_every_panel():
+    rows = [
+        {"title": f"line {k}", "what": f"panel {k}", "n": n, "ms": n}
+        for k in (1, 2)
+        for n in (1, 2)
+    ]
+    *_, last = curves(rows, "n", "ms", panel="what").figure.axes
+    legend = last.get_legend()
+    assert [text.get_text() for text in legend.get_texts()] == ["line 1", "line 2"]
+
+
 def test_curves_can_stand_aside_and_what_is_true_is_dashed():
     rows = [
         {"title": str(is_), "is": is_, "n": n, "ms": 1.0} for is_ in (True, False) for n in (1, 9)
     ]
-    [axes] = curves(rows, "n", "ms", dash="is", apart=True).figure.axes
+    [axes] = curves(rows, "n", "ms", dash="is", apart=1.04).figure.axes
     assert [line.get_linestyle() for line in axes.lines] == ["--", "-"]
     first, second = (line.get_xdata() for line in axes.lines)
     assert np.allclose(second / first, 1.04)

@@ -93,6 +93,13 @@ def test_blocks_stand_where_the_template_places_them(made):
     assert (picture.name, picture.caption) == ("drawn", "A picture.")
 
 
+def test_a_table_of_the_summary_stands_in_its_text(made):
+    page = made("# T\nSo it\nis.\n\n{{ table(rows, 'name') }}\nMore.\n## One\n", rows=METHODS)
+    assert re.sub(" +", " ", page.summary) == (
+        "So it is.\n\n| method |\n| ------ |\n| sme |\n| fbs |\n\nMore."
+    )
+
+
 def test_a_kind_of_chart_is_drawn_where_it_stands_with_its_caption(made):
     page = made(
         "# T\nS.\n## One\n{% call curves('c', rows, 'length', 'right', title='name') %}"

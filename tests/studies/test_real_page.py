@@ -17,21 +17,20 @@ from steadyload.layouts.benchmark.real import NO_CLASS, PALLET_SOFTWARE
 from steadyload.layouts.benchmark.tables import CASES, OPINIONS, UNLABELLED, write_tables
 from steadyload.layouts.model.question import Question
 from steadyload.methods.contract.spec import SpecError
+from steadyload.numbers import NumberError
 from steadyload.reports.pages.writing import write_page
+from steadyload.runs.able import able_methods
 from steadyload.runs.definition import StudyError
 from steadyload.runs.judged import load_judged
-from steadyload.studies.real import summary
+from steadyload.studies.kit import Lab
 from steadyload.studies.real.best import best_method
+from steadyload.studies.real.comparing import _chosen
+from steadyload.studies.real.costing import JudgingCost, cost_of, growth_of
 from steadyload.studies.real.delivered import CUSTOMERS, DELIVERED, PACKERS
-from steadyload.studies.real.page import real_page
+from steadyload.studies.real.judging import FLOORS, REAL, standard_methods
 from steadyload.studies.real.screened import REASONS, screened_steps
-from steadyload.studies.real.study import (
-    FLOORS,
-    RealStudyOptions,
-    judge_real,
-    standard_methods,
-)
-from steadyload.studies.real.summary import CONSTANT, JudgingCost, summarise
+from steadyload.studies.real.sizes import CONSTANT, bins
+from steadyload.studies.real.study import Real
 
 WITHIN, STANDS = Question.WITHIN, Question.STANDS
 ASKED = ("fbs", "equilibrium:margin=0.01", "lstm_e", "ps3@mujoco")
@@ -86,20 +85,23 @@ def folder(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def asked(folder):
-    return RealStudyOptions(
-        methods=ASKED, directory=str(folder), timeout=SHORT, small=0, sizes=(4,), pallets=5
-    )
+def study(folder):
+    return Real(methods=ASKED, directory=str(folder), timeout=SHORT, small=0, sizes=(4,), pallets=5)
 
 
 @pytest.fixture(scope="module")
-def judged(asked, tmp_path_factory):
-    return judge_real(asked, tmp_path_factory.mktemp("work"), workers=0)
+def work(tmp_path_factory):
+    return tmp_path_factory.mktemp("work")
 
 
 @pytest.fixture(scope="module")
-def found(asked, judged):
-    return summarise(asked, judged)
+def found(study, work):
+    return study.run(Lab(work, workers=0))
+
+
+@pytest.fixture(scope="module")
+def cases(found, work):
+    return load_judged(work / REAL)
 
 
 def right(estimate):
@@ -147,42 +149,42 @@ def test_a_refusal_is_not_wrong_but_behind_the_best(found):
 
 def test_cases_are_counted_by_boxes(found):
     few, many = found.groups
-    assert [(g.title, g.cases, g.item_lists, g.middle) for g in found.groups] == [
+    bins = [group.bin for group in found.groups]
+    assert [(b.boxes, b.cases, b.item_lists, b.middle) for b in bins] == [
         ("3 to 4", 4, 2, 3.5),
         ("5 to 6", 4, 4, 5.5),
     ]
     assert right(few.of("fbs").accuracy[WITHIN].overall) == (4, 4)
     assert right(many.of("fbs").accuracy[WITHIN].overall) == (2, 4)
     assert right(many.of("fbs").accuracy[STANDS].overall) == (3, 4)
-    assert [right(g.failing[WITHIN]) for g in found.groups] == [(2, 4), (1, 4)]
-    assert [right(g.failing[STANDS]) for g in found.groups] == [(2, 4), (2, 4)]
-    assert {q: right(share) for q, share in found.natural.items()} == {
-        WITHIN: (3, 8), STANDS: (4, 8),
+    assert [right(b.within) for b in bins] == [(2, 4), (1, 4)]
+    assert [right(b.stands) for b in bins] == [(2, 4), (2, 4)]
+    assert {row.label: right(row.share) for row in found.failing} == {
+        "within, the cases of this page": (3, 8), "within, the whole set": (3, 8),
+        "stands, the cases of this page": (4, 8), "stands, the whole set": (4, 8),
     }  # fmt: skip
     assert (found.small, dict(found.unlabelled)) == (False, {})
 
 
-def test_layouts_larger_than_all_bins_are_a_bin(judged):
-    cases = load_judged(judged.real)
-    counts = [int(mask.sum()) for mask in summary.bins(cases, (2, 3, 5))]
+def test_layouts_larger_than_all_bins_are_a_bin(cases):
+    counts = [int(mask.sum()) for mask in bins(cases, (2, 3, 5))]
     assert counts == [2, 4, 2]  # none of at most 2; two of 3; four of 4 and 5; two of 6
 
 
-def test_a_judgement_that_was_given_up_costs_the_limit(judged):
-    cases = load_judged(judged.real)
+def test_a_judgement_that_was_given_up_costs_the_limit(cases):
     results = cases.results.assign(cpu_total=0.0)
     rest = dataclasses.replace(cases, results=results)
-    assert summary._cost(rest, "ps3@mujoco", 20.0) == JudgingCost(8, 2e4, 2e4, 2e4, 2e4)
-    assert summary._cost(rest, "lstm_e", 20.0) == JudgingCost(6, 0.0, 0.0, 0.0, 0.0)
+    assert cost_of(rest, "ps3@mujoco", 20.0) == JudgingCost(8, 2e4, 2e4, 2e4, 2e4)
+    assert cost_of(rest, "lstm_e", 20.0) == JudgingCost(6, 0.0, 0.0, 0.0, 0.0)
     results["cpu_total"] = results["item_count"] / 1e3
-    cost = summary._cost(rest, "fbs", 20.0)
+    cost = cost_of(rest, "fbs", 20.0)
     boxes = results.loc[results["method"] == "fbs", "item_count"]
     assert (cost.n, cost.mean, cost.median, cost.worst) == (8, boxes.mean(), 4.5, 6.0)
     # The cost grows as the boxes do, and the exponent is of what a method calls stable.
-    growth = summary._growth("fbs", rest, rest)
+    growth = growth_of("fbs", rest, rest)
     assert (growth.real.n, growth.everything.n) == (3, 6)
     assert math.isclose(growth.real.value, 1.0)
-    assert summary._growth("ps3@mujoco", rest, None).real.n == 0
+    assert growth_of("ps3@mujoco", rest, None).real.n == 0
 
 
 def test_the_cheapest_of_the_best_is_chosen(found):
@@ -196,13 +198,12 @@ def test_the_cheapest_of_the_best_is_chosen(found):
         return dataclasses.replace(found.real, methods=methods)
 
     dear = costing(fbs=3.0, equilibrium=2.0, lstm_e=1.0, **{"ps3@mujoco": 0.5})
-    assert summary._chosen(dear, WITHIN).method.spec == "lstm_e"
-    assert summary._chosen(dear, STANDS).method.spec == "equilibrium:margin=0.01"
+    assert _chosen(dear, WITHIN).method.spec == "lstm_e"
+    assert _chosen(dear, STANDS).method.spec == "equilibrium:margin=0.01"
 
 
-def test_methods_that_may_be_as_accurate_as_the_best_are_named(judged):
+def test_methods_that_may_be_as_accurate_as_the_best_are_named(cases):
     """On six item lists no difference of two methods that judge alike is significant."""
-    cases = load_judged(judged.real)
     within = best_method(cases, WITHIN)
     assert (within.method.spec, within.others) == ("fbs", 3)
     assert [key.spec for key in within.alike] == [*ASKED[1:]]
@@ -232,16 +233,16 @@ def test_customers_pallets_are_told_from_plans_of_packers(found):
 def test_gaps_and_edges_change_verdicts(found):
     assert [row.floor for row in found.floors] == list(FLOORS)
     assert {row.pallets for row in found.floors} == {1}
-    ((key, _),) = found.floors[0].stable
-    assert key.spec == "equilibrium:margin=0.01"
+    (title,) = found.floors[0].stable
+    assert title == "Equilibrium (margin=0.01)"
     # The cube that hovers 2 mm stands as soon as gaps are closed; the edge changes nothing.
-    assert [row.stable[0][1].value for row in found.floors] == [0.0, 0.0, 1.0, 1.0, 1.0]
-    assert [row.changed[key.spec] for row in found.floors] == [0, 0, 1, 1, 1]
+    assert [row.stable[title].value for row in found.floors] == [0.0, 0.0, 1.0, 1.0, 1.0]
+    assert [row.changed[title] for row in found.floors] == [0, 0, 1, 1, 1]
 
 
 def test_cases_without_a_verdict_are_told_by_reason(found):
     refused, late = found.lost
-    assert (refused.status, refused.cases, refused.fewest, refused.most) == ("refused", 2, 5, 6)
+    assert (refused.status, refused.cases, refused.boxes) == ("refused", 2, "5 to 6")
     assert refused.reason.startswith("item 1: heaviest over lightest is 50000;")
     assert (late.status, late.cases) == ("timeout", 8)
 
@@ -266,8 +267,8 @@ def test_screen_and_reference_are_compared():
     assert screened_steps(steps.head(0)).reasons == ()
 
 
-def test_the_page_answers_first(found, tmp_path):
-    text = write_page(real_page(found), tmp_path).read_text()
+def test_the_page_answers_first(study, found, tmp_path):
+    text = write_page(study.page(found), tmp_path).read_text()
     first = text.partition("\n## ")[0]
     assert first.startswith("# Layouts of real size\n\nOn 8 cases of 3 to 6 boxes (6 item lists),")
     assert "1 of the cases are customers' pallets (1 pallets of 1 orders)" in first
@@ -303,22 +304,21 @@ def test_the_command_judges_small_layouts_too_and_goes_on(folder, tmp_path, caps
     ("given", "error", "message"),
     [
         ({"sizes": (5, 5)}, StudyError, "sizes are 5, 5; allowed: whole numbers that rise"),
-        ({"timeout": 0.0}, StudyError, "timeout is 0; allowed: more than 0"),
+        ({"timeout": 0.0}, NumberError, "timeout is 0.0; allowed: a number of seconds above 0"),
         ({"methods": ("fbt",)}, SpecError, "did you mean 'fbs'"),
     ],
 )
-def test_what_cannot_be_is_refused(given, error, message):
+def test_what_cannot_be_is_refused(given, error, message, tmp_path):
     with pytest.raises(error, match=message):
-        RealStudyOptions(**given)
+        Real(**{"methods": ("fbs",), **given}).run(Lab(tmp_path))
 
 
 def test_without_a_set_there_is_no_study(tmp_path):
-    asked = RealStudyOptions(methods=("fbs",), directory=str(tmp_path / "none"))
+    asked = Real(methods=("fbs",), directory=str(tmp_path / "none"))
     with pytest.raises(BenchmarkError, match="no manifest"):
-        judge_real(asked, tmp_path / "work", workers=0)
+        asked.run(Lab(tmp_path / "work"))
 
 
 @pytest.mark.engine("bullet")
 def test_usual_methods_exist_and_are_asked_both_questions():
-    asked = RealStudyOptions()
-    assert (asked.methods, dict(asked.left_out)) == (standard_methods(), {})
+    assert able_methods((), standard_methods) == (standard_methods(), {})

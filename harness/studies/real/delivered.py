@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
@@ -11,27 +10,31 @@ import pandas as pd
 from steadyload.layouts.benchmark.real import PALLET_SOFTWARE
 from steadyload.layouts.model.question import Question
 from steadyload.layouts.model.scenarios import Scenario
+from steadyload.reports.columns import column, percent, row
 from steadyload.runs.judged import JudgedCases
 from steadyload.statistics.clusters import Labels
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import share
 
 
-@dataclass(frozen=True, slots=True)
+@row
 class Origin:
-    """Cases of one origin and one scenario.
+    """Cases of one origin and one scenario, and how many of them there are.
 
-    Attributes:
-        title: who planned them, and with which centres of mass.
-        cases, layouts, item_lists: how many there are.
-        failing: share of cases whose label is a failing step, by question.
+    ``title``: who planned them, and with which centres of mass. ``failing``: share of cases whose
+    label is a failing step.
     """
 
-    title: str
-    cases: int
-    layouts: int
-    item_lists: int
-    failing: Mapping[Question, Estimate]
+    title: str = column("cases")
+    cases: int = column("n")
+    layouts: int = column()
+    item_lists: int = column("item lists")
+    failing: Mapping[Question, Estimate] = column("fails {} %", percent)
+
+    @property
+    def standing(self) -> Mapping[Question, int]:
+        """Cases whose label is that they stand, by question; one without a label is missing."""
+        return {q: e.n - round(e.value * e.n) for q, e in self.failing.items() if e.n}
 
 
 CUSTOMERS, PACKERS = "customers' pallets", "plans of packers"

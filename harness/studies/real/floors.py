@@ -3,33 +3,29 @@
 from __future__ import annotations
 
 import dataclasses
-from dataclasses import dataclass
+from collections.abc import Mapping
 
 import pandas as pd
 
-from steadyload.methods.naming import MethodKey
+from steadyload.reports.columns import column, percent, row
 from steadyload.runs.evaluation import evaluate
 from steadyload.runs.judged import load_judged
 from steadyload.statistics.estimate import Estimate
-from steadyload.studies.real.study import JudgedReal
+from steadyload.studies.real.judging import JudgedReal
 
 
-@dataclass(frozen=True, slots=True)
+@row
 class FloorRow:
-    """Shares of the pallets that methods call stable on one floor.
+    """Pallets on one floor, by the title of the method.
 
-    Attributes:
-        floor: in words.
-        pallets: how many were judged.
-        stable: by method.
-        changed: pallets whose failing step is not that on the first floor, by spec; a case without
-            a verdict on either has changed.
+    ``stable``: share that it calls stable. ``changed``: those whose failing step is not that on the
+    first floor; a case without a verdict on either has changed.
     """
 
-    floor: str
+    floor: str = column()
     pallets: int
-    stable: tuple[tuple[MethodKey, Estimate], ...]
-    changed: dict[str, int]
+    stable: Mapping[str, Estimate] = column("{}: stable %", percent)
+    changed: Mapping[str, int] = column("{}: changed")
 
 
 def floor_rows(judged: JudgedReal) -> tuple[FloorRow, ...]:
@@ -52,11 +48,11 @@ def floor_rows(judged: JudgedReal) -> tuple[FloorRow, ...]:
             FloorRow(
                 floor=words,
                 pallets=len(found.said),
-                stable=tuple(
-                    (row.method, row.fully_stable)
-                    for row in evaluate(found, by_scenario=False).methods
-                ),
-                changed={str(spec): int((~same[spec]).sum()) for spec in same},
+                stable={
+                    own.method.title: own.fully_stable
+                    for own in evaluate(found, by_scenario=False).methods
+                },
+                changed={key.title: int((~same[spec]).sum()) for spec, key in found.keys.items()},
             )
         )
     return tuple(rows)

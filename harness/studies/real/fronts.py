@@ -13,8 +13,9 @@ from steadyload.layouts.model.question import Question
 from steadyload.runs.evaluation import evaluate
 from steadyload.runs.judged import load_judged, manifest_lines
 from steadyload.statistics.metrics import median
-from steadyload.studies.real.study import REAL, SMALL
-from steadyload.studies.real.summary import bins, judging_times
+from steadyload.studies.real.costing import judging_times
+from steadyload.studies.real.judging import REAL, SMALL
+from steadyload.studies.real.sizes import bins
 
 
 def measured_in(run: str | Path) -> tuple[Front, ...]:

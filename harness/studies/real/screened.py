@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from steadyload.reports.columns import column, percent, row
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import share
 
@@ -21,7 +20,7 @@ REASONS = {
 """Why the reference was asked about a step, in words."""
 
 
-@dataclass(frozen=True, slots=True)
+@row
 class ScreenedReason:
     """Steps about which the reference was asked for one reason.
 
@@ -29,15 +28,15 @@ class ScreenedReason:
     on which they disagree whether it did, and their share, clustered by case.
     """
 
-    reason: str
-    steps: int
-    screen: int
-    reference: int
-    differ: int
-    share: Estimate
+    reason: str = column("the reference was asked, because")
+    steps: int = column()
+    screen: int = column("too far, screen")
+    reference: int = column("too far, reference")
+    differ: int = column("disagree")
+    share: Estimate = column("disagree %", percent)
 
 
-@dataclass(frozen=True, slots=True)
+@row
 class ScreenedSteps:
     """All steps of the labelled cases.
 
