@@ -8,7 +8,6 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from functools import cache
 from typing import ClassVar
 
 import numpy as np
@@ -32,7 +31,8 @@ from steadyload.methods.contract.method import (
     StepScorer,
     Stopwatch,
 )
-from steadyload.methods.contract.warming import judge_one_item, one_item
+from steadyload.methods.contract.warming import judge_one_item
+from steadyload.methods.equilibrium.warming import load_balance
 from steadyload.methods.rules.rule_loading import BalancedLoader
 from steadyload.statics import kernels
 from steadyload.statics.balance import VERSION as BALANCE
@@ -199,7 +199,7 @@ class Equilibrium(Method):
     def prepare(self, item_count: int = 0) -> None:
         """See :meth:`Method.prepare`: compile."""
         judge_one_item(self)
-        _load_balance()
+        load_balance()
 
     def _judge(self, layout: Layout, watch: Stopwatch) -> Finding:
         if self._is_timed:
@@ -351,12 +351,6 @@ class Equilibrium(Method):
         worst = fastest(beyond)
         turn = min(float(turns[worst]), 180.0)
         return Movement(items[worst], float(shifts[worst]), turn, float(beyond[worst]))
-
-
-@cache
-def _load_balance() -> None:
-    """Compile the balance of single steps, or load the compiled code; once a process."""
-    VerticalBalance(one_item()).place(0)
 
 
 def _arrays(layout: Arrangement) -> tuple[FloatArray, ...]:

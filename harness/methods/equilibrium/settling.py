@@ -22,7 +22,8 @@ from steadyload.methods.contract.method import (
     StepScorer,
     Stopwatch,
 )
-from steadyload.methods.contract.warming import judge_one_item, one_item
+from steadyload.methods.contract.warming import judge_one_item
+from steadyload.methods.equilibrium.warming import load_balance
 from steadyload.statics import kernels
 from steadyload.statics.balance import VERSION as BALANCE
 from steadyload.statics.balance import VerticalBalance, inset
@@ -85,7 +86,7 @@ class Settling(Method):
     def prepare(self, item_count: int = 0) -> None:
         """See :meth:`Method.prepare`: compile."""
         judge_one_item(self)
-        VerticalBalance(one_item()).place(0)
+        load_balance()
 
     def _judge(self, layout: Layout, watch: Stopwatch) -> Finding:
         floor, margin = layout.floor.corners, float(self.parameters.margin)
