@@ -46,7 +46,7 @@ $(SITE): $(READY) locks/site-$(VERSION).txt
 
 study: $(JUDGING) $(LINKS) ## run the embedded study and write its report
 	@$(BIN)/steadyload study run embedded --output runs/embedded
-	@$(BIN)/steadyload report runs/embedded
+	@$(BIN)/steadyload study report runs/embedded
 
 test: $(READY) ## run the tests of every module (five minutes on two cores, once compiled); PERTURB=SEED moves starts by rounding
 	@$(BIN)/steadyload warm-up
@@ -77,12 +77,12 @@ lock: $(READY) ## lock what is installed anew (see docs/installing.md)
 PALLETS ?= $(wildcard ../shared/data/pallets/pallets.json)
 
 bench: $(READY) ## measure what a judgement costs, beside earlier versions (minutes); PALLETS=FILE for other layouts
-	$(BIN)/steadyload bench $(if $(PALLETS),--layouts $(PALLETS)) --output runs/bench
+	$(BIN)/steadyload study speed $(if $(PALLETS),--layouts $(PALLETS))
 
 benchmark: $(READY) ## remake the labelled set (hours) and its page; goes on where it was
 	test -e runs/benchmark/manifest.json || $(BIN)/steadyload benchmark build -o runs/benchmark
 	$(BIN)/steadyload benchmark label runs/benchmark
-	$(BIN)/steadyload benchmark page runs/benchmark -o runs/benchmark
+	$(BIN)/steadyload study benchmark runs/benchmark -o runs/benchmark
 
 planar: $(READY) ## remake the planar labelled set (a quarter of an hour); goes on where it was
 	test -e runs/planar/manifest.json || $(BIN)/steadyload benchmark build --planar -o runs/planar

@@ -73,7 +73,7 @@ def test_markup_in_names_does_not_reach_a_report(tmp_path):
         f'layouts = [{json.dumps(str(path))}]\nmethods = ["fbs", "sme"]\n'
     )
     assert main(["study", "run", str(tmp_path / "study.toml"), "-o", str(tmp_path / "run")]) == 0
-    assert main(["report", str(tmp_path / "run")]) == 0
+    assert main(["study", "report", str(tmp_path / "run")]) == 0
     report = (tmp_path / "run" / "report.md").read_text()
     assert "Where they disagree" in report
     assert r"\<script\>" in report

@@ -1,4 +1,4 @@
-"""``steadyload bench``: what judgements cost, with a history of the figures."""
+"""``steadyload study speed``: what judgements cost, with a history of the figures."""
 
 from __future__ import annotations
 

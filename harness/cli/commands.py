@@ -75,7 +75,8 @@ _OWN = (
     Command("engines", "listings:Engines", "which engine honours which setting", Group.USE),
     Command("warm-up", "warm_up:WarmUp",
             "compile now what first judgements would wait for, three minutes, once", Group.USE),
-    Command("study run", "study:Run", "run or resume a study", Group.COMPARE),
+    Command("study run", "study:Run", "judge the layouts of a study file of your own, or go on",
+            Group.COMPARE),
     Command("tune", "tune:Tune",
             "search the parameters of a simulation on an engine, against labels", Group.BUILD),
     Command("train", "train:Train",
@@ -114,7 +115,7 @@ _OWN = (
 """Commands that do not belong to a study."""
 
 _OF_STUDIES = {
-    "comparison": "study:Report",
+    "report": "study:Report",
     "table5": "table5:Table5",
     "speed": "bench:Bench",
     "tuning": "tune:ComparePresets",
@@ -122,16 +123,42 @@ _OF_STUDIES = {
 """Study -> its command, where that does more than run it and write its page."""
 
 TOPICS: Mapping[str, tuple[str, Group]] = {
-    "study": ("compare methods on many layouts, or on labelled ones", Group.COMPARE),
-    "verify": ("check engines against mechanics and each other", Group.COMPARE),
-    "cascade": ("fit the thresholds of cascades, or write the page of one", Group.BUILD),
+    "study": (
+        "a study of your own, or one of the package: what methods and engines get right, and cost",
+        Group.COMPARE,
+    ),
+    "cascade": ("fit the thresholds of cascades", Group.BUILD),
     "benchmark": ("the labelled set: look, export, import", Group.BUILD),
     "pages": ("list, remake and index the published pages", Group.REMAKE),
 }
 """First word of commands of two words -> summary, and group of the help."""
 
-RENAMED: Mapping[str, str] = {"tuned": "compare-presets"}
-"""Earlier names of commands -> their present names; both work."""
+RENAMED: Mapping[str, str] = {
+    "report": "study report",
+    "table5": "study table5",
+    "sensitivity": "study sensitivity",
+    "real": "study real",
+    "cascade page": "study cascade",
+    "compare-presets": "study tuning",
+    "tuned": "study tuning",
+    "learned": "study learned",
+    "replicate": "study replication",
+    "uncertain": "study uncertain",
+    "session": "study session",
+    "bench": "study speed",
+    "compare-engines": "study engines",
+    "precision": "study precision",
+    "scope": "study scope",
+    "verify closed-forms": "study closed-forms",
+    "verify convergence": "study convergence",
+    "extremes": "study extremes",
+    "properties": "study properties",
+    "benchmark page": "study benchmark",
+    "compare-limits": "study transport",
+    "packers": "study packers",
+    "study measure": "study scale",
+}
+"""Earlier words of commands -> their present words; both work."""
 
 
 def commands() -> dict[str, Command]:

@@ -61,10 +61,7 @@ def command_of(words: Sequence[str]) -> Any:
     if words[0] == "--version":
         print(metadata.version("steadyload"))
         return None
-    first, *rest = words
-    if first in RENAMED:
-        say(f"steadyload {first} is now called steadyload {RENAMED[first]}")
-        first = RENAMED[first]
+    first, *rest = _present(words)
     if first in TOPICS:
         actions = {name: c for name, c in known.items() if name.split()[0] == first}
         if not rest or rest[0] in HELP:
@@ -79,6 +76,16 @@ def command_of(words: Sequence[str]) -> Any:
         raise UsageError(f"unknown command {first!r}; {nearest(first, names)}")
     command = known[first]
     return parsed(first, command.load(), command.about, rest)
+
+
+def _present(words: Sequence[str]) -> list[str]:
+    """Words of a command line, an earlier name of a command replaced by that of today."""
+    for count in (2, 1):
+        old = " ".join(words[:count])
+        if old in RENAMED:
+            say(f"steadyload {old} is now called steadyload {RENAMED[old]}")
+            return [*RENAMED[old].split(), *words[count:]]
+    return list(words)
 
 
 def _help(known: dict[str, Command], topic: str = "") -> None:
@@ -96,10 +103,10 @@ def _help(known: dict[str, Command], topic: str = "") -> None:
     )
     panels = {group: Panel(str(group), sort_key=order) for order, group in enumerate(Group)}
     listed = [] if topic else [(name, *told) for name, told in TOPICS.items()]
-    for name, command in known.items():
+    for place, (name, command) in enumerate(known.items()):
         if topic:
             app.command(App(name=name.split()[1], help=command.about, help_flags=(),
-                            version_flags=(), sort_key=len(listed)))  # fmt: skip
+                            version_flags=(), sort_key=place))  # fmt: skip
         elif " " not in name:
             listed.append((name, command.about, command.group))
     order = list(dict.fromkeys(name.split()[0] for name in known))

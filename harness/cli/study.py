@@ -1,4 +1,4 @@
-"""``steadyload study run`` and ``steadyload report``: compare methods, and the page of that."""
+"""``steadyload study run`` and ``study report``: compare methods, and the page of that."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from steadyload.cli.reading import SOME_REFUSED, ReadingFlags, Strict
 from steadyload.cli.studies import write
 from steadyload.cli.terminal import progress_bar, resumable, say
 from steadyload.config import REQUIRED, operand, option
-from steadyload.studies.comparison.study import Comparison
+from steadyload.studies.report.study import RunReport
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -96,4 +96,4 @@ class Report:
     def run(self) -> None:
         """Write the page of the run."""
         folder = self.directory
-        write(Comparison, Comparison(directory=folder), folder, self.output or folder, 1)
+        write(RunReport, RunReport(directory=folder), folder, self.output or folder, 1)

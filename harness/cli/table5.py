@@ -1,4 +1,4 @@
-"""``steadyload table5``: the paper's Table 5 for every engine, and its page."""
+"""``steadyload study table5``: the paper's Table 5 for every engine, and its page."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """Envelopes: the extremes each engine was measured to hold, and how a layout goes beyond them.
 
-``envelopes.json`` beside this file is written by ``steadyload extremes --write-envelope`` and says
-what it was made with. It is no part of a verdict: a layout beyond an envelope is judged like any
-other, and whoever asked is told.
+``envelopes.json`` beside this file is written by ``steadyload study extremes --write-envelope``
+and says what it was made with. It is no part of a verdict: a layout beyond an envelope is judged
+like any other, and whoever asked is told.
 
 Measured at the label's thresholds (10 cm, 10 degrees) over one placement of 0.3 s, at friction 0.5
 and restitution 0, on cubes of 10 cm where the size is not what is swept, each axis by itself. Not

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, ClassVar, Generic, Protocol, TypeVar, dataclas
 from steadyload.config import methods_option, operand, option, set_option
 from steadyload.progress import NamedProgress, silent
 from steadyload.runs.asked import Asked, Measured, asked, kept_rows
-from steadyload.studies.study import PublishedPage
+from steadyload.studies.study import PublishedPage, command_words
 
 if TYPE_CHECKING:
     from steadyload.layouts.model.question import Question
@@ -156,29 +156,28 @@ class Study(ABC, Generic[F]):
         question: the sentence that its page answers.
         about: summary of the command for the list of commands.
         name: the name under which it is registered; by default that of its package.
-        command_words: the command that runs it, without flags; by default its name.
         resumable: whether it keeps finished results in its work folder and continues from there.
         workers: default number of processes that judge; 0 for one a core, None where a study works
             in this process alone.
-        work: default work folder; by default that of its name below ``runs``.
+        command_words: the command that runs it, without flags, made of its name.
+        work: default work folder, of its name below ``runs``.
         pages: its published pages; by default one of its name, made by the command without flags.
     """
 
     question: ClassVar[str]
     about: ClassVar[str]
     name: ClassVar[str] = ""
-    command_words: ClassVar[str] = ""
+    command_words: ClassVar[str]
     resumable: ClassVar[bool] = True
     workers: ClassVar[int | None] = 1
-    work: ClassVar[Path] = Path()
+    work: ClassVar[Path]
     pages: ClassVar[tuple[PublishedPage, ...]] = ()
 
     def __init_subclass__(cls) -> None:
         dataclass(frozen=True, kw_only=True)(cls)
         cls.name = cls.name or cls.__module__.removesuffix(".study").rpartition(".")[2]
-        words = cls.name.replace("_", "-")
-        cls.command_words = cls.command_words or words
-        cls.work = cls.work if cls.work.name else Path("runs") / words
+        cls.command_words = command_words(cls.name)
+        cls.work = Path("runs") / cls.name
         cls.pages = cls.pages or (PublishedPage(cls.name),)
 
     @abstractmethod

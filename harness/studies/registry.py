@@ -22,7 +22,7 @@ GROUP = "steadyload.studies"
 """Group of entry points of studies."""
 
 STUDIES: dict[str, str] = {
-    "comparison": "steadyload.studies.comparison.study:Comparison",
+    "report": "steadyload.studies.report.study:RunReport",
     "table5": "steadyload.studies.table5.config:STUDY",
     "sensitivity": "steadyload.studies.sensitivity.study:Sensitivity",
     "real": "steadyload.studies.real.study:Real",

@@ -13,6 +13,11 @@ C = TypeVar("C")
 R = TypeVar("R")
 
 
+def command_words(name: str) -> str:
+    """The command of the study with a name."""
+    return f"study {name.replace('_', '-')}"
+
+
 @dataclass(frozen=True, slots=True)
 class PublishedPage:
     """A page below ``reports/published``, with the commands that remake it.
@@ -39,8 +44,6 @@ class Study(ABC, Generic[C, R]):
         name: the name under which it is registered.
         question: the sentence that its page answers.
         about: summary of the command for the list of commands.
-        command: words of the command that runs it; empty for its name.
-        folder: default work folder, below ``runs``; empty for its name.
         Config: a frozen dataclass of :func:`steadyload.engines.quantities.quantity` fields, or of
             :func:`steadyload.config.option`; keys, flags and their help come from it.
         resumable: whether it keeps finished results in its work folder and continues from there.
@@ -53,8 +56,6 @@ class Study(ABC, Generic[C, R]):
     name: ClassVar[str]
     question: ClassVar[str]
     about: ClassVar[str]
-    command: ClassVar[str] = ""
-    folder: ClassVar[str] = ""
     Config: type[C]
     resumable: ClassVar[bool] = True
     workers: ClassVar[int | None] = 1
@@ -73,12 +74,12 @@ class Study(ABC, Generic[C, R]):
     @property
     def command_words(self) -> str:
         """The command that runs it, without its flags."""
-        return self.command or self.name.replace("_", "-")
+        return command_words(self.name)
 
     @property
     def work(self) -> Path:
         """The default work folder."""
-        return Path("runs") / (self.folder or self.name.replace("_", "-"))
+        return Path("runs") / self.name
 
     @property
     def pages(self) -> tuple[PublishedPage, ...]:

@@ -12,8 +12,8 @@ from steadyload.runs import answers
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.results import load_results
 from steadyload.runs.runner import run_study
-from steadyload.studies.comparison.comparing import compare
-from steadyload.studies.comparison.study import Comparison
+from steadyload.studies.report.comparing import compare
+from steadyload.studies.report.study import RunReport
 from steadyload.studies.table5.page import table5_page
 from steadyload.studies.table5.study import Table5Options, judge_table5, time_table5
 from steadyload.studies.table5.summary import summarise
@@ -27,7 +27,7 @@ def run(tmp_path_factory):
     folder = tmp_path_factory.mktemp("run")
     study = StudyDefinition(name="few", methods=METHODS, benchmark="test", limit=4, shard_size=60)
     run_study(study, folder, workers=0)
-    return write_page(Comparison(directory=folder).page(compare(folder)), folder).with_suffix(
+    return write_page(RunReport(directory=folder).page(compare(folder)), folder).with_suffix(
         ".html"
     )
 
@@ -215,7 +215,7 @@ def test_a_run_of_more_cases_than_a_page_lists_has_the_picture_alone(run, tmp_pa
     assert found.cases == 12
     assert found.matrix.answers is None
     page = (
-        write_page(Comparison(directory=tmp_path).page(found), tmp_path)
+        write_page(RunReport(directory=tmp_path).page(found), tmp_path)
         .with_suffix(".html")
         .read_text()
     )

@@ -95,7 +95,7 @@ def test_a_large_garbage_file_is_refused(steadyload, tmp_path):
         ("score", "layouts.json", "--scenario", "S3"),
         ("convert", "layouts.json", "-o", "no/such/folder/x.csv"),
         ("convert", "layouts.json", "-o", "x.yaml", "--to", "aclpp"),
-        ("report", "."),
+        ("study", "report", "."),
         ("study", "run", "missing.toml"),
         ("study", "run", "embedded", "--resume", "-o", "nothing"),
         ("study", "run", "embedded", "--resume", "--rerun"),
@@ -232,7 +232,7 @@ def test_a_timeout_is_a_record(steadyload, layout_file):
 
 
 def test_the_benchmark_writes_its_page(steadyload, tmp_path):
-    arguments = ("compare-engines", "-o", "out", "--layouts", "1", "--most-items", "20")
+    arguments = ("study", "engines", "-o", "out", "--layouts", "1", "--most-items", "20")
     parts = ("--part", "agreement", "--part", "options")
     done = steadyload(*arguments, *parts, cwd=tmp_path)
     assert done.stdout.strip() == "out/report.md"
@@ -245,7 +245,7 @@ def test_the_benchmark_writes_its_page(steadyload, tmp_path):
 
 @pytest.mark.deep("all tests of an engine: 5 s")
 def test_closed_forms_write_a_page_of_their_own(steadyload, tmp_path, undrawn):
-    part = ("verify", "closed-forms", "-o", "out")
+    part = ("study", "closed-forms", "-o", "out")
     done = steadyload(*part, "--engine", "chipmunk", cwd=tmp_path)
     assert done.stdout.strip() == "out/report.md"
     text = (tmp_path / "out" / "report.md").read_text()
@@ -258,7 +258,7 @@ def test_closed_forms_write_a_page_of_their_own(steadyload, tmp_path, undrawn):
 
 @pytest.mark.deep("the reference at its finest tolerances and by another integrator: 27 s")
 def test_convergence_writes_a_page_and_goes_on_where_it_stopped(steadyload, tmp_path):
-    part = ("verify", "convergence", "--layouts", "2", "--sample", "1", "--workers", "1")
+    part = ("study", "convergence", "--layouts", "2", "--sample", "1", "--workers", "1")
     done = steadyload(*part, "--work", "work", "-o", "out", cwd=tmp_path)
     assert done.stdout.strip() == "out/report.md", done.stderr
     text = (tmp_path / "out" / "report.md").read_text()

@@ -206,7 +206,7 @@ def test_a_study_and_the_command_name_it_by_a_word(benchmark, tmp_path, capsys):
     labels = load_labels(tmp_path / "run")
     assert labels.index.tolist() == list(zip(chosen["layout"], chosen["scenario"], strict=True))
     assert load_manifest(tmp_path / "run")["labels"]["set"] == "planar"
-    assert main(["report", str(tmp_path / "run")]) == 0
+    assert main(["study", "report", str(tmp_path / "run")]) == 0
     assert "Part `planar validation`" in (tmp_path / "run" / "report.md").read_text()
     capsys.readouterr()
     assert main(["benchmark", "info", "planar", "--json"]) == 0

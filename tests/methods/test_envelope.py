@@ -28,8 +28,8 @@ from steadyload.reports.pages.writing import write_page
 from steadyload.runs.definition import load_study
 from steadyload.runs.results import load_manifest
 from steadyload.runs.runner import run_study
-from steadyload.studies.comparison.comparing import compare
-from steadyload.studies.comparison.study import Comparison
+from steadyload.studies.report.comparing import compare
+from steadyload.studies.report.study import RunReport
 
 HELD = Envelope(3, 10.0, 100.0, 2.0, 50.0, 20, True)
 
@@ -53,7 +53,7 @@ FLAT = layout(cube(0.0, 0), cube(50.0, 0), name="flat")
 
 MEASURED = ("bullet", "mujoco", "dart", "chipmunk", "reference")
 """Engines of every installation when envelopes were made; a new one has none before
-`steadyload extremes` has measured it.
+`steadyload study extremes` has measured it.
 """
 
 
@@ -282,7 +282,7 @@ def test_the_most_frequent_reason_comes_first(study):
 def test_a_page_says_it_too(study, tmp_path, undrawn):
     run_study(load_study(study / "study.toml"), study / "run")
     text = write_page(
-        Comparison(directory=study / "run").page(compare(study / "run")), tmp_path / "page"
+        RunReport(directory=study / "run").page(compare(study / "run")), tmp_path / "page"
     ).read_text()
     part = text.partition("## Beyond the engines' envelopes")[2].partition("\n## ")[0]
     assert "| 1 of 2" in part
@@ -295,7 +295,7 @@ def test_a_page_knows_a_method_however_it_was_spelt(study, tmp_path, undrawn):
     asked = dataclasses.replace(asked, methods=("simulation@bullet:frequency=60.0",))
     run_study(asked, study / "run")
     text = write_page(
-        Comparison(directory=study / "run").page(compare(study / "run")), tmp_path / "page"
+        RunReport(directory=study / "run").page(compare(study / "run")), tmp_path / "page"
     ).read_text()
     assert "heavy: an item 1e+06 times as heavy" in text
 
@@ -306,7 +306,7 @@ def test_a_page_of_an_older_run_says_nothing(study, tmp_path, undrawn):
     del manifest["envelope"]
     (study / "run" / "manifest.json").write_text(json.dumps(manifest))
     text = write_page(
-        Comparison(directory=study / "run").page(compare(study / "run")), tmp_path / "page"
+        RunReport(directory=study / "run").page(compare(study / "run")), tmp_path / "page"
     ).read_text()
     assert "envelopes" not in text
 

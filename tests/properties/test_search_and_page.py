@@ -27,8 +27,6 @@ from steadyload.runs.definition import load_study
 from steadyload.runs.pool import IN_THIS_PROCESS
 from steadyload.runs.runner import run_study
 from steadyload.runs.store import Store
-from steadyload.studies.comparison.comparing import compare
-from steadyload.studies.comparison.study import Comparison
 from steadyload.studies.kit import Lab
 from steadyload.studies.properties.outcomes import Standing
 from steadyload.studies.properties.study import Properties
@@ -38,6 +36,8 @@ from steadyload.studies.properties.testing import (
     methods_on,
     run_properties,
 )
+from steadyload.studies.report.comparing import compare
+from steadyload.studies.report.study import RunReport
 from steadyload.studies.study import silent
 
 pytestmark = pytest.mark.usefixtures("file_in_this_process")
@@ -256,14 +256,25 @@ def test_the_frequency_of_violations_is_that_among_all_cases(tmp_path, monkeypat
 
 
 def test_the_command_says_how_much_was_refused(planted, tmp_path, capsys, undrawn):
-    arguments = ["properties", "-m", planted(RefusesAll), "--property", "far item"]
+    arguments = ["study", "properties", "-m", planted(RefusesAll), "--property", "far item"]
     assert main([*arguments, "--examples", "3", "-j", "1", "--work", str(tmp_path)]) == 0
     said = capsys.readouterr().err
     assert "planted: not asked on 3 of 3 cases, which lie outside its range" in said
 
 
 def test_learners_and_cascades_are_asked_without_a_refusal(tmp_path, capsys, undrawn):
-    arguments = ["properties", "--examples", "3", "--seed", "1", "-j", "1", "--work", str(tmp_path)]
+    arguments = [
+        "study",
+        "properties",
+        "--examples",
+        "3",
+        "--seed",
+        "1",
+        "-j",
+        "1",
+        "--work",
+        str(tmp_path),
+    ]
     for spec in ("lstm_1", "lstm_e:question=stands", "cascade@bullet", "settling"):
         arguments += ["-m", spec]
     assert main(arguments) in (0, 1)
@@ -279,7 +290,7 @@ def test_learners_and_cascades_are_asked_without_a_refusal(tmp_path, capsys, und
 
 
 def test_a_cascade_is_asked_like_any_method(tmp_path, undrawn):
-    arguments = ["properties", "-m", "cascade@mujoco", "--examples", "2", "-j", "1"]
+    arguments = ["study", "properties", "-m", "cascade@mujoco", "--examples", "2", "-j", "1"]
     for name in ("score", "past the edge", "free fall", "sliding", "energy"):
         arguments += ["--property", name]
     assert main([*arguments, "--work", str(tmp_path)]) == 0
@@ -421,7 +432,7 @@ def test_properties_static_baselines_and_accuracies_stand_on_one_page(tmp_path, 
     )
     run_study(load_study(definition), tmp_path / "s")
     tested = Properties().page(table)
-    accuracies = Comparison(directory=tmp_path / "s").page(compare(tmp_path / "s"))
+    accuracies = RunReport(directory=tmp_path / "s").page(compare(tmp_path / "s"))
     page = Page(
         "Baselines", accuracies.summary, [*accuracies.sections, *tested.sections],
         accuracies.manifest | tested.manifest,
@@ -438,14 +449,14 @@ def test_names_that_are_not_there_are_named_errors(tmp_path, capsys):
         chosen(["miror"])
     with pytest.raises(PropertyError, match="unknown engine 'bulet'"):
         methods_on(["bulet"])
-    assert main(["properties", "--engine", "bulet", "--work", str(tmp_path)]) == 2
+    assert main(["study", "properties", "--engine", "bulet", "--work", str(tmp_path)]) == 2
     assert "unknown engine 'bulet'" in capsys.readouterr().err
-    assert main(["properties", "--method", "fsb", "--work", str(tmp_path)]) == 2
+    assert main(["study", "properties", "--method", "fsb", "--work", str(tmp_path)]) == 2
     assert "unknown method 'fsb'" in capsys.readouterr().err
 
 
 def test_the_command_writes_a_page_and_says_what_is_violated(tmp_path, capsys, undrawn):
-    arguments = ["properties", "--examples", "40", "--seed", "1", "-j", "1"]
+    arguments = ["study", "properties", "--examples", "40", "--seed", "1", "-j", "1"]
     arguments += ["--property", "past the edge"]
     assert main([*arguments, "-m", "label@mujoco", "--work", str(tmp_path / "held")]) == 0
     assert "holds" in (tmp_path / "held/report.md").read_text()

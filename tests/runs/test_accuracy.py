@@ -35,9 +35,9 @@ from steadyload.runs.results import ResultsError, load_manifest, load_results
 from steadyload.runs.runner import run_study
 from steadyload.runs.timing import Times
 from steadyload.statistics.metrics import mean, share
-from steadyload.studies.comparison.comparing import compare
-from steadyload.studies.comparison.study import Comparison
 from steadyload.studies.kit import Lab
+from steadyload.studies.report.comparing import compare
+from steadyload.studies.report.study import RunReport
 
 METHODS = ("fbs", "sme", "equilibrium:time=0.3", "simulation@mujoco:t_max=0.1,frequency=60")
 
@@ -346,7 +346,7 @@ def test_a_missing_verdict_is_wrong_and_reported_apart(study, tmp_path, monkeypa
     assert sme.without_verdict == {"error": 48}
     assert (
         "48 error"
-        in write_page(Comparison(directory=tmp_path).page(comparison), tmp_path).read_text()
+        in write_page(RunReport(directory=tmp_path).page(comparison), tmp_path).read_text()
     )
 
 
@@ -356,9 +356,7 @@ def test_the_page_leads_with_accuracy_and_needs_no_labelled_set(run, study, labe
     run_study(dataclasses.replace(study, benchmark_directory=away), mine)
     shutil.rmtree(away)
     comparison = compare(mine)
-    text = write_page(
-        Comparison(directory=tmp_path).page(comparison), tmp_path / "page"
-    ).read_text()
+    text = write_page(RunReport(directory=tmp_path).page(comparison), tmp_path / "page").read_text()
     headings = re.findall("^## (.*)", text, re.MULTILINE)
     assert headings[0] == "Accuracy and cost"
     assert "There are no reference labels" not in text

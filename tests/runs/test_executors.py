@@ -20,7 +20,7 @@ from steadyload.runs.pool import PartLimit, Processes, WorkerDiedError, run_unit
 from steadyload.runs.results import ResultsError, load_results
 from steadyload.runs.runner import run_study
 from steadyload.runs.worker import RemoteTracebackError, UnpicklableError
-from steadyload.studies.comparison.comparing import compare
+from steadyload.studies.report.comparing import compare
 
 BAD = "layout-0002"
 

@@ -93,12 +93,12 @@ def test_a_changed_bit_is_told_and_mended_by_running_again(folder, whole, patter
     content[0] ^= 128
     path.write_bytes(content)
     capsys.readouterr()
-    assert main(["report", str(folder / "run")]) == 2
+    assert main(["study", "report", str(folder / "run")]) == 2
     err = capsys.readouterr().err
     assert err.startswith(f"steadyload: {folder / 'run'}")
     assert err.count("\n") == 1
     assert run(folder) == 0
-    assert main(["report", str(folder / "run")]) == 0
+    assert main(["study", "report", str(folder / "run")]) == 0
     pd.testing.assert_frame_equal(table(folder), table(whole))
 
 
@@ -118,7 +118,7 @@ def test_a_manifest_with_another_value_is_damaged(folder, capsys):
     assert run(folder) == 0
     path = folder / "run" / "manifest.json"
     path.write_text(path.read_text().replace('"generated": 6', '"generated": 7'))
-    assert main(["report", str(folder / "run")]) == 2
+    assert main(["study", "report", str(folder / "run")]) == 2
     assert "manifest.json: cannot be read, it is damaged" in capsys.readouterr().err
     assert run(folder) == 0
-    assert main(["report", str(folder / "run")]) == 0
+    assert main(["study", "report", str(folder / "run")]) == 0

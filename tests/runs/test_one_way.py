@@ -104,7 +104,7 @@ def test_a_run_that_goes_on_judges_from_what_it_has_read(layouts):
 def test_a_page_reads_manifest_and_shards_once(layouts):
     study()
     with Counting() as found:
-        assert run(["report", "run", "-o", "page"]) == 0
+        assert run(["study", "report", "run", "-o", "page"]) == 0
     shards = [path.name for path in Path("run/results").iterdir()]
     assert {found.opened[name] for name in (*shards, "manifest.json")} == {1}
     assert sorted(found.of["shard read"].values()) == [1] * len(shards)

@@ -186,12 +186,12 @@ def sentences(text):
 
 def check_mended(folder, file, reference, capfd):
     """A report names the file and fails; another run names it and mends it."""
-    assert main(["report", str(folder / "run")]) == 2
+    assert main(["study", "report", str(folder / "run")]) == 2
     assert len([line for line in sentences(capfd.readouterr().err) if file.name in line]) == 1
     assert run(folder) == 0
     assert len([line for line in sentences(capfd.readouterr().err) if file.name in line]) == 1
     pd.testing.assert_frame_equal(said(folder), reference)
-    assert main(["report", str(folder / "run")]) == 0
+    assert main(["study", "report", str(folder / "run")]) == 0
     assert run(folder) == 0
     assert not sentences(capfd.readouterr().err)
 
@@ -226,7 +226,7 @@ def test_a_bit_of_the_layouts_is_noticed(done, tmp_path, capfd):
     whole = file.read_bytes()
     for _ in range(40):
         file.write_bytes(flipped(whole, drawn))
-        assert main(["report", str(folder / "run")]) == 2
+        assert main(["study", "report", str(folder / "run")]) == 2
         assert "layouts.json: cannot be read, it is damaged" in capfd.readouterr().err
     check_mended(folder, file, said(done), capfd)
     assert file.read_bytes() == whole
@@ -264,7 +264,7 @@ def test_a_folder_of_an_earlier_version_is_judged_anew(done, tmp_path, capfd):
     manifest = load_manifest(folder / "run")
     del manifest["files"]
     (folder / "run" / "manifest.json").write_text(json.dumps(manifest | {"schema_version": 1}))
-    assert main(["report", str(folder / "run")]) == 2
+    assert main(["study", "report", str(folder / "run")]) == 2
     assert "schema version 1; allowed: 2; run the study again" in capfd.readouterr().err
     assert run(folder) == 0
     assert capfd.readouterr().out.startswith("8 ")

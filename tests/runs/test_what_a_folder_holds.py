@@ -30,7 +30,7 @@ def test_the_swap_file_of_an_editor_stays(folder, name):
     cut = folder / "run" / f".{name}.abcd_123.unfinished"
     cut.write_text("{")
     assert run(folder) == 0
-    assert main(["report", str(folder / "run")]) == 0
+    assert main(["study", "report", str(folder / "run")]) == 0
     assert swap.read_text() == "mine"
     assert not cut.exists()
 
@@ -69,7 +69,7 @@ def test_a_run_folder_that_is_itself_a_link_is_where_a_user_wants_it(folder):
     (folder / "disk").mkdir()
     (folder / "run").symlink_to(folder / "disk")
     assert run(folder) == 0
-    assert main(["report", str(folder / "run")]) == 0
+    assert main(["study", "report", str(folder / "run")]) == 0
     assert (folder / "disk" / "report.md").exists()
 
 

@@ -481,7 +481,7 @@ def test_the_command_measures_and_writes_the_page(
 )
 def test_wrong_names_are_one_sentence(tmp_path, capsys, monkeypatch, arguments, message):
     monkeypatch.chdir(tmp_path)
-    assert main(("extremes", *arguments)) == 2
+    assert main(("study", "extremes", *arguments)) == 2
     assert message in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
 

@@ -140,19 +140,19 @@ def test_a_study_is_named_after_its_package_and_has_its_options():
 
     class Other(Study[Found]):
         __module__ = "other"
-        about, question, name, command_words = "other", "Other?", "else", "verify else"
-        work, pages = Path("runs/there"), (PublishedPage("elsewhere"),)
+        about, question, name = "other", "Other?", "else"
+        pages = (PublishedPage("elsewhere"),)
 
         def run(self, lab: Lab) -> Found:
             raise NotImplementedError
 
     assert (Mine.name, Mine.command_words, Mine.work) == (
-        "my_study", "my-study", Path("runs/my-study"),
+        "my_study", "study my-study", Path("runs/my_study"),
     )  # fmt: skip
     assert Mine.pages == (PublishedPage("my_study"),)
     assert [field.name for field in dataclasses.fields(Mine)] == ["boxes"]
     assert (Mine().boxes, Mine(boxes=5).boxes) == (3, 5)
     assert (Other.name, Other.command_words, Other.work) == (
-        "else", "verify else", Path("runs/there"),
+        "else", "study else", Path("runs/else"),
     )  # fmt: skip
     assert Other.pages == (PublishedPage("elsewhere"),)

@@ -248,7 +248,7 @@ def test_plans_without_a_label_are_counted_apart(real):
 
 
 def test_the_page_says_it_all(real, tmp_path, capsys):
-    assert main(["packers", str(real), "-o", str(tmp_path / "page")]) == 0
+    assert main(["study", "packers", str(real), "-o", str(tmp_path / "page")]) == 0
     assert capsys.readouterr().out == f"{tmp_path}/page/report.md\n"
     text = (tmp_path / "page" / "report.md").read_text()
     first = text.split("\n\n")[1]
@@ -267,7 +267,7 @@ def test_a_set_whose_plans_all_stand_has_a_page(tmp_path):
     found = summarise(load_benchmark(folder))
     assert (found.worst, found.causes, found.all_causes.plans) == ([], [], 0)
     assert math.isnan(found.all_causes.own.value)
-    assert main(["packers", str(folder), "-o", str(tmp_path / "page")]) == 0
+    assert main(["study", "packers", str(folder), "-o", str(tmp_path / "page")]) == 0
     text = (tmp_path / "page" / "report.md").read_text()
     assert "No plan fails." in text
     assert "left out" not in text
@@ -280,7 +280,7 @@ def test_a_set_without_labels_is_refused(tmp_path, with_stands, capsys):
     )
     with pytest.raises(BenchmarkError, match="has a label of whether it stands"):
         summarise(load_benchmark(folder))
-    assert main(["packers", str(folder), "-o", str(tmp_path / "page")]) == 2
+    assert main(["study", "packers", str(folder), "-o", str(tmp_path / "page")]) == 2
     assert "no plan of a packer" in capsys.readouterr().err
 
 

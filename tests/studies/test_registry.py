@@ -121,13 +121,13 @@ def test_an_unknown_study_is_named_with_the_nearest():
 
 def test_a_study_is_one_folder_and_one_line(toys, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    assert main([]) == 0
+    assert main(["study"]) == 0
     assert "│ toy " in capsys.readouterr().out
-    assert main(["toy", "--help"]) == 0
+    assert main(["study", "toy", "--help"]) == 0
     told = capsys.readouterr().out
     for words in ("count boxes", "--boxes N", "how many boxes (default: 3)", "--workers", "--work"):
         assert words in told
-    assert main(["toy", "--boxes", "5", "-j", "2", "-o", "pages/toy"]) == 0
+    assert main(["study", "toy", "--boxes", "5", "-j", "2", "-o", "pages/toy"]) == 0
     assert capsys.readouterr().out == "pages/toy/report.md\n"
     assert Path("pages/toy/report.md").read_text().startswith("# Boxes\n\nThere are 5 boxes. ")
     assert main(["pages", "list", "-o", "pages"]) == 0
@@ -148,11 +148,11 @@ def test_a_study_is_one_folder_and_one_line(toys, tmp_path, monkeypatch, capsys)
     [
         ("0", "--boxes: '0'; allowed: a whole number, 1 to 9"),
         ("x", "--boxes: 'x'; allowed: a whole number, 1 to 9"),
-        ("7", "toy: boxes is 7; allowed: any but seven"),
+        ("7", "study toy: boxes is 7; allowed: any but seven"),
     ],
 )
 def test_what_a_configuration_refuses_is_one_sentence(toys, boxes, message, capsys):
-    assert main(["toy", "--boxes", boxes]) == 2
+    assert main(["study", "toy", "--boxes", boxes]) == 2
     assert capsys.readouterr().err == f"steadyload: {message}\n"
 
 
@@ -173,7 +173,7 @@ def test_make_pages_remakes_what_is_registered(toys, capsys):
     ]
     assert main(["pages", "remake", "--dry-run"]) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert "steadyload toy --output reports/published/toy" in lines
+    assert "steadyload study toy --output reports/published/toy" in lines
 
 
 def test_an_engine_is_a_class_and_one_line(toys):

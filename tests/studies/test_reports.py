@@ -27,10 +27,10 @@ from steadyload.reports.table import (
 from steadyload.runs.definition import load_study
 from steadyload.runs.runner import run_study
 from steadyload.statistics.estimate import Estimate
-from steadyload.studies.comparison.comparing import compare
-from steadyload.studies.comparison.study import Comparison
 from steadyload.studies.engines.settings import engine_records
 from steadyload.studies.engines.settings_page import engines_markdown
+from steadyload.studies.report.comparing import compare
+from steadyload.studies.report.study import RunReport
 
 
 @pytest.fixture(scope="module")
@@ -47,7 +47,7 @@ def run(tmp_path_factory):
 
 
 def test_a_page_names_engines_settings_and_what_was_ignored(run, tmp_path, undrawn):
-    text = write_page(Comparison(directory=run).page(compare(run)), tmp_path).read_text()
+    text = write_page(RunReport(directory=run).page(compare(run)), tmp_path).read_text()
     [beside] = tmp_path.glob("report-details.*.md")
     details = beside.read_text()
     tuning = details.partition("## The same tuning on every engine")[2].partition("\n## ")[0]
@@ -68,7 +68,7 @@ def drawn_twice(run, tmp_path_factory):
     """The page of the study in two folders."""
     folders = [tmp_path_factory.mktemp(name) for name in ("one", "two")]
     for folder in folders:
-        write_page(Comparison(directory=run).page(compare(run)), folder)
+        write_page(RunReport(directory=run).page(compare(run)), folder)
     return folders
 
 
@@ -108,7 +108,7 @@ def test_the_comparison_counts_by_hand(run):
 
 def test_no_method_is_compared_with_itself(run, tmp_path, undrawn):
     comparison = compare(run)
-    text = write_page(Comparison(directory=tmp_path).page(comparison), tmp_path).read_text()
+    text = write_page(RunReport(directory=tmp_path).page(comparison), tmp_path).read_text()
     table = text.partition("## Agreement between every two methods")[2].partition("\n## ")[0]
     rows = [line.split("|")[2:-1] for line in table.splitlines() if line.startswith("| ")][2:]
     assert len(rows) == len(comparison.matrix.titles) == 4
@@ -118,7 +118,7 @@ def test_no_method_is_compared_with_itself(run, tmp_path, undrawn):
 
 def test_the_caption_of_a_chart_says_what_its_cells_are(run, tmp_path, undrawn):
     """The picture has shares that are equal; the chart in its place, cases that differ."""
-    path = write_page(Comparison(directory=run).page(compare(run)), tmp_path)
+    path = write_page(RunReport(directory=run).page(compare(run)), tmp_path)
     same, differ = "Share of cases on which two methods name the same", "Number of cases on which"
     assert same in path.read_text()
     assert differ not in path.read_text()
@@ -176,7 +176,7 @@ def test_an_unfinished_study_names_what_is_missing(run, tmp_path, undrawn):
     for shard in manifest["shards"][-1:]:
         result_store(tmp_path / "run").drop(shard)
     text = write_page(
-        Comparison(directory=tmp_path / "run").page(compare(tmp_path / "run")), tmp_path / "page"
+        RunReport(directory=tmp_path / "run").page(compare(tmp_path / "run")), tmp_path / "page"
     ).read_text()
     assert "**Partial: 12 rows are still missing.**" in text
     assert "without ps_opt-paper@dart, which have judged none" in text

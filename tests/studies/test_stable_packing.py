@@ -115,10 +115,10 @@ def test_a_placement_costs_its_own_box_and_substeps(told_time, tmp_path):
 def test_the_command_packs_and_measures_what_is_asked_for(tmp_path, capsys):
     arguments = ["--part", "gain", "-m", "sme", "--judge", "equilibrium", "--lists", "1"]
     arguments += ["--work", str(tmp_path / "work")]
-    assert main(["session", *arguments, "-o", str(tmp_path)]) == 0
+    assert main(["study", "session", *arguments, "-o", str(tmp_path)]) == 0
     page = capsys.readouterr().out.strip()
     assert page == str(tmp_path / "report.md")
     text = (tmp_path / "report.md").read_text()
     assert text.count("| SME") == 3
     assert "What a placement costs" not in text
-    assert main(["session", "-m", "nonsense", "--work", str(tmp_path)]) == 2
+    assert main(["study", "session", "-m", "nonsense", "--work", str(tmp_path)]) == 2

@@ -65,18 +65,18 @@ def test_it_is_short():
 
 
 def test_it_runs_goes_on_and_is_remade(crowding, monkeypatch, capsys):
-    assert main(["crowding", "--help"]) == 0
+    assert main(["study", "crowding", "--help"]) == 0
     told = capsys.readouterr().out
     assert "judge random loads of more and more boxes" in told
     assert "most boxes (default: 4)" in told
     assert "crowding.loads" not in sys.modules, "help imports the class alone"
     with monkeypatch.context() as first:
         seen = measured(first, ends_at=("fbs", 4))
-        assert main(["crowding", "--most", "5"]) == 130
+        assert main(["study", "crowding", "--most", "5"]) == 130
         assert seen == [("fbs", 1), ("fbs", 2), ("fbs", 3)]
     assert not Path("runs/crowding/report.md").exists()
     seen = measured(monkeypatch)
-    assert main(["crowding", "--most", "5"]) == 0
+    assert main(["study", "crowding", "--most", "5"]) == 0
     later = [("fbs", 4), ("fbs", 5), *(("sme", boxes) for boxes in range(1, 6))]
     assert seen == later
     text = Path("runs/crowding/report.md").read_text()
@@ -85,7 +85,7 @@ def test_it_runs_goes_on_and_is_remade(crowding, monkeypatch, capsys):
     assert "![Random loads that stand.](figures/stand." in text
     assert len(re.findall(r"^\| (?:fbs|sme)", text, re.M)) == 10
     assert "## Made with\n\n- source: " in text
-    assert main(["crowding", "--most", "4"]) == 0
+    assert main(["study", "crowding", "--most", "4"]) == 0
     kept = Path("runs/crowding/report.md").read_text()
     assert main(["pages", "remake", "crowding", "-o", "pages"]) == 0
     assert Path("pages/crowding/report.md").read_text() == kept
@@ -94,7 +94,7 @@ def test_it_runs_goes_on_and_is_remade(crowding, monkeypatch, capsys):
 
 def test_what_is_not_kept_is_not_measured_for_a_page_that_is_remade(crowding, monkeypatch, capsys):
     seen = measured(monkeypatch)
-    assert main(["crowding", "--most", "2"]) == 0
+    assert main(["study", "crowding", "--most", "2"]) == 0
     assert main(["pages", "remake", "crowding", "-o", "pages"]) == 2
     assert "4 of 8 results are not kept" in capsys.readouterr().err
     assert len(seen) == 4

@@ -203,7 +203,7 @@ def page_text(found):
 def test_the_command_writes_the_page(tmp_path, capsys, in_this_process, undrawn):
     few = ("-m", "sme", "--cases", "1", "--engine-cases", "1", "--checked", "0")
     where = ("--work", str(tmp_path / "work"), "-o", str(tmp_path / "page"))
-    assert main(["uncertain", *few, *where, "--uncertain", "com=1cm"]) == 0
+    assert main(["study", "uncertain", *few, *where, "--uncertain", "com=1cm"]) == 0
     assert capsys.readouterr().out.strip() == str(tmp_path / "page" / "report.md")
     assert "`com=1`" in (tmp_path / "page" / "report.md").read_text()
-    assert main(["uncertain", *few, *where, "--uncertain", "nothing=1cm"]) == 2
+    assert main(["study", "uncertain", *few, *where, "--uncertain", "nothing=1cm"]) == 2

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from steadyload.studies.kit import Lab, Study, operand
@@ -25,8 +24,6 @@ class Benchmark(Study["Found"]):
 
     question = "What does the labelled set contain, and how robust are its labels?"
     about = "write the page of a set"
-    command_words = "benchmark page"
-    work = Path("runs/benchmark-page")
     resumable = False
     workers = None
 

@@ -17,7 +17,6 @@ class Cascade(Study["Found"]):
 
     question = "What does a cascade save, and what accuracy does it cost?"
     about = "compare a cascade with its stages and with simulations on test, and write its page"
-    command_words = "cascade page"
     workers = None
     pages = (PublishedPage("cascade", "--directory lists"),)
 

@@ -15,7 +15,6 @@ class ClosedForms(Study["Found"]):
 
     question = "How far is every engine from mechanics whose answer is known?"
     about = "compare engines with formulas: tipping, sliding, spinning, stacks"
-    command_words = "verify closed-forms"
 
     engines: tuple[str, ...] = option(
         (), "only this; may be repeated", names=("--engine",), metavar="NAME"

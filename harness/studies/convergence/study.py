@@ -15,7 +15,6 @@ class Convergence(Study["Found"]):
 
     question = "Are the reference's labels converged?"
     about = "change the reference one parameter at a time; compare it with other methods"
-    command_words = "verify convergence"
     workers = 0
     pages = (PublishedPage("convergence", "--second-model"),)
 

@@ -19,7 +19,6 @@ class EngineStudy(Study["Found"]):
     name = "engines"
     question = "Do engines agree, what does each option change, and what does a simulation cost?"
     about = "compare engines: agreement, options, speed"
-    command_words = "compare-engines"
     pages = (
         PublishedPage(
             "engines",

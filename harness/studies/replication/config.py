@@ -45,7 +45,6 @@ class ReplicationStudy(Study[ReplicationConfig, Any]):
     name = "replication"
     question = "What do the paper's accuracies measure, and how much of them is twins?"
     about = "the paper's experiment as it was run, and on splits without twins"
-    command = "replicate"
     Config = ReplicationConfig
     workers = 0
 

@@ -17,7 +17,6 @@ class Scale(Study["Found"]):
 
     about = "measure what studies of many rows need"
     question = "What does a study need by its number of rows: time, memory, disk?"
-    command_words = "study measure"
     workers = 2
     pages = (PublishedPage("scale", "--rows 1000000"),)
 

@@ -38,8 +38,6 @@ class Speed(Study[SpeedConfig, Any]):
     name = "speed"
     question = "What does a judgement cost, and how does that grow with the number of items?"
     about = "measure what judgements cost, beside earlier versions, and keep the figures"
-    command = "bench"
-    folder = "bench"
     Config = SpeedConfig
     resumable = False
     workers = None

@@ -15,7 +15,6 @@ class Transport(Study["Found"]):
 
     question = "What acceleration does a complete load withstand, and which method finds it?"
     about = "compare limits of acceleration by equilibrium, engines and the reference, and why"
-    command_words = "compare-limits"
 
     loads: int = option(200, "loads of real size (default: 200)", least=1)
     small: int = option(60, "loads of at most 20 boxes (default: 60)", least=1)

@@ -38,8 +38,6 @@ class TuningStudy(Study[TuningConfig, Any]):
     name = "tuning"
     question = "What does tuning a simulation bring, and which parameter brings it?"
     about = "compare tuned presets with other methods on test, and write the page of tuning"
-    command = "compare-presets"
-    folder = "tuned"
     Config = TuningConfig
     workers = 0
     published = (PublishedPage("tuning", "reports/published/tuning/searches/*/ --limit 150"),)

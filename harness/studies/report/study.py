@@ -9,15 +9,14 @@ from steadyload.config import REQUIRED
 from steadyload.studies.kit import Lab, PublishedPage, Study, operand
 
 if TYPE_CHECKING:
-    from steadyload.studies.comparison.comparing import Found
+    from steadyload.studies.report.comparing import Found
 
 
-class Comparison(Study["Found"]):
+class RunReport(Study["Found"]):
     """Which run is compared; the run itself is ``steadyload study run``."""
 
     question = "How do methods compare on many layouts: accuracy, cost, and where they disagree?"
     about = "write report.md of a study's folder"
-    command_words = "report"
     workers = None
     pages = (
         PublishedPage(
@@ -31,6 +30,6 @@ class Comparison(Study["Found"]):
 
     def run(self, lab: Lab) -> Found:
         """Compared from the rows of the run; nothing is judged."""
-        from steadyload.studies.comparison.comparing import compare
+        from steadyload.studies.report.comparing import compare
 
         return compare(self.directory)

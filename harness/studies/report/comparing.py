@@ -19,7 +19,7 @@ from steadyload.runs.judged import JudgedCases, load_judged, manifest_lines
 from steadyload.runs.results import LAYOUTS_FILE, kept_file
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import agreement, mean, same
-from steadyload.studies.comparison.disagreements import Disagreement, disagreements, most_divided
+from steadyload.studies.report.disagreements import Disagreement, disagreements, most_divided
 
 NEAR = 0.02
 """Largest difference to the best accuracy at which a method counts as nearly as accurate."""
