@@ -161,7 +161,8 @@ class Study(ABC, Generic[F]):
             in this process alone.
         command_words: the command that runs it, without flags, made of its name.
         work: default work folder, of its name below ``runs``.
-        pages: its published pages; by default one of its name, made by the command without flags.
+        pages: its published pages; by default one of its name, made by the command without flags,
+            none if that is stated as empty.
     """
 
     question: ClassVar[str]
@@ -171,14 +172,14 @@ class Study(ABC, Generic[F]):
     resumable: ClassVar[bool] = True
     workers: ClassVar[int | None] = 1
     work: ClassVar[Path]
-    pages: ClassVar[tuple[PublishedPage, ...]] = ()
+    pages: ClassVar[tuple[PublishedPage, ...]]
 
     def __init_subclass__(cls) -> None:
         dataclass(frozen=True, kw_only=True)(cls)
         cls.name = cls.name or cls.__module__.removesuffix(".study").rpartition(".")[2]
         cls.command_words = command_words(cls.name)
         cls.work = Path("runs") / cls.name
-        cls.pages = cls.pages or (PublishedPage(cls.name),)
+        cls.pages = getattr(cls, "pages", (PublishedPage(cls.name),))
 
     @abstractmethod
     def run(self, lab: Lab) -> F:

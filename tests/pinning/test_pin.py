@@ -11,7 +11,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 PIN = Path(__file__).parent / "pin.py"
-PAGE = "scale"
+PAGE = "session"
 
 
 def pin(*words):
@@ -60,7 +60,7 @@ def test_the_keys_are_those_of_the_rows_that_a_page_is_made_of(recorded):
     keys = json.loads((recorded / "keys" / f"{PAGE}.json").read_text())
     with tarfile.open(ROOT / "reports" / "rows" / f"{PAGE}.tar.xz") as archive:
         names = archive.getnames()
-    kept = sorted(f"runs/scale/{name.partition('.')[0]}" for name in names)
+    kept = sorted(f"runs/session/{name.partition('.')[0]}" for name in names)
     assert keys == {"archive": kept, "found": kept, "absent": []}
 
 
@@ -105,8 +105,8 @@ def test_a_missing_page_is_a_difference(recorded, again):
     assert pin("compare", recorded, again) == (1, missing)
     file = again / "keys" / f"{PAGE}.json"
     keys = json.loads(file.read_text())
-    file.write_text(json.dumps({**keys, "absent": ["runs/scale/measured/0"]}))
-    lost = f"{missing}  1 keys not found\n    runs/scale/measured/0\n"
+    file.write_text(json.dumps({**keys, "absent": ["runs/session/measured/0"]}))
+    lost = f"{missing}  1 keys not found\n    runs/session/measured/0\n"
     assert pin("compare", recorded, again, PAGE) == (1, lost)
 
 
