@@ -25,7 +25,7 @@ def test_a_template_names_what_there_is(template):
 INCLUDED = {"conclusions.md.j2": Rankings, "ranks.md.j2": Rankings}
 """Parts of pages of several studies -> what they call ``found``."""
 
-MACROS = {"methods.md.j2"}
+MACROS = {"how_to_read.md.j2", "methods.md.j2"}
 """Macros of several pages: what they are given has no type that can be checked."""
 
 
