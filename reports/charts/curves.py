@@ -16,7 +16,6 @@ from steadyload.reports.style import DASHES, LOOKS
 
 _STYLE = {"linewidth": 1.1, "markersize": 5.0}
 _ENDS = {"elinewidth": 0.6, "capsize": 2.0}
-_THIN = {"linewidth": 0.7, "markersize": 3.0}
 _ROOM = 1.2
 """Smallest factor between ticks of a log axis that do not overlap."""
 
@@ -31,7 +30,6 @@ def curves(
     look: str = "place",
     of: Field = "",
     dash: Field = "",
-    thin: Field = "",
     hollow: Field = "",
     limit: Field = "",
     panel: Field = "",
@@ -63,7 +61,6 @@ def curves(
         look: what fixes colour and marker, one of :data:`steadyload.reports.style.LOOKS`.
         of: field of the method or engine that has this look; else it is of the title.
         dash: field of what the line's dashes show; of a truth value, that it is true.
-        thin: field of whether the line is drawn thin.
         hollow: field of whether a point's marker is hollow.
         limit: field of a number of y at which the panel has a dotted line; None for none.
         panel: field of what a panel shows, which is its title.
@@ -122,14 +119,13 @@ def curves(
             seen = look_of(value(own[0], of) if of else line, lines.index(line))
             dashed = _dashes(value(own[0], dash), dashes) if dash else 0
             aside = apart ** (lines.index(line) - 0.5 * (len(lines) - 1))
-            drawn_as = _THIN if thin and value(own[0], thin) else {}
             places = _across(own, name, texts, aside * _scale("x", percent))
             values = along(own, y, _scale("y", percent))
             _draw(
                 axes, places, values,
                 marker=seen.marker, color=seen.colour, markerfacecolor=seen.face,
                 linestyle=DASHES[dashed % len(DASHES)], label=line,
-                **{**_STYLE, **style, **drawn_as},
+                **{**_STYLE, **style},
             )  # fmt: skip
             if hollow:
                 empty = [k for k, row in enumerate(own) if value(row, hollow)]

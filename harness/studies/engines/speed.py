@@ -10,7 +10,7 @@ import multiprocessing
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from functools import cache
+from functools import cache, partial
 
 import numpy as np
 
@@ -75,18 +75,12 @@ class SpeedCurve:
     scene: str = column()
     scope: str = column()
     points: tuple[SpeedPoint, ...]
-    exponent: float
+    exponent: float | None = column("exponent", partial(fixed, digits=2))
 
     @property
-    def title(self) -> str:
-        """Title of its line, with the exponent where that is known."""
-        growth = f": J^{self.exponent:.2f}" if math.isfinite(self.exponent) else ""
-        return f"{self.engine}, {self.scene}, {self.scope}{growth}"
-
-    @property
-    def is_regular(self) -> bool:
-        """Whether the scene is a wall."""
-        return self.scene != "pile"
+    def panel(self) -> str:
+        """Title of its panel."""
+        return f"{self.scene}, scope {self.scope}"
 
 
 @row
@@ -278,7 +272,8 @@ def _floor(engine: str, layout: Layout) -> tuple[float, float]:
     return stepping, adding
 
 
-def _exponent(points: Sequence[SpeedPoint]) -> float:
-    """Growth exponent of the total from 10 items on, by least squares in log-log."""
+def _exponent(points: Sequence[SpeedPoint]) -> float | None:
+    """Growth exponent of the total from 10 items on, by least squares in log-log; None of one."""
     large = [p for p in points if p.item_count >= 10]
-    return slope([p.item_count for p in large], [p.total for p in large])
+    found = slope([p.item_count for p in large], [p.total for p in large])
+    return found if math.isfinite(found) else None
