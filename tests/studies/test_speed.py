@@ -1,7 +1,5 @@
 """The benchmark measures what it says: phases lie within the total, the floor is stepping alone."""
 
-import math
-
 import pytest
 
 from steadyload.engines.registry import engines_here, world_class
@@ -49,7 +47,7 @@ def test_curves_cover_every_engine_and_add_up(tmp_path, monkeypatch):
             assert max(point.build, point.read) <= point.total
             assert (point.floor is None) == (curve.scope == "local")
     page = EngineStudy().page(Found(None, [], curves, [], [], {}))
-    text = write_page(page, tmp_path).read_text()
+    write_page(page, tmp_path)
     assert list((tmp_path / "figures").glob("growth.*.svg"))
 
 
