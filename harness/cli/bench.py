@@ -1,4 +1,4 @@
-"""``steadyload study speed``: what judgements cost, with a history of the figures."""
+"""``steadyload bench``: what judgements cost."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ class Bench(SpeedConfig):
     config: Path | None = config_option()
 
     def run(self) -> None:
-        """Measure, add the figures to the history, and write the page."""
+        """Measure, keep the figures, and write the page."""
         from steadyload.reports.pages.writing import write_page
 
         with study_progress() as progress:
             result = STUDY.run(configuration(SpeedConfig, self), self.output, progress=progress)
         page = write_page(STUDY.page(result), self.output)
-        print(json.dumps(result[0].to_json(), indent=1) if self.json else page)
+        print(json.dumps(result.to_json(), indent=1) if self.json else page)

@@ -1,4 +1,4 @@
-"""The benchmark measures what it says, keeps its figures, and compares what can be compared."""
+"""The benchmark measures what it says, keeps its figures."""
 
 import json
 import math
@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import pytest
 
+from steadyload.atomic import manifest_text, write_atomically
 from steadyload.cli import main
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.model.layout import Layout, LayoutError
@@ -16,16 +17,15 @@ from steadyload.methods.registry import make_method
 from steadyload.methods.session.session import LoadingSession
 from steadyload.progress import silent
 from steadyload.statistics.estimate import Estimate
-from steadyload.stored import StoredFileError, store_list
+from steadyload.stored import StoredFileError
 from steadyload.studies.speed import config, growth, measuring, study
 from steadyload.studies.speed.growth import growth_curves
-from steadyload.studies.speed.history import FILE, earlier_runs, former_runs, keep, last_run
+from steadyload.studies.speed.kept import FILE, keep, last_run
 from steadyload.studies.speed.measuring import Job, measure
 from steadyload.studies.speed.page import speed_page
 from steadyload.studies.speed.records import (
     CaseSet,
     Cost,
-    EarlierRun,
     GrowthCurve,
     GrowthPoint,
     Kind,
@@ -61,7 +61,7 @@ def strictly(text):
     return json.loads(text, parse_constant=refuse)
 
 
-def test_the_command_writes_page_and_history(tiny, layout_file, capsys, assert_drawn):
+def test_the_command_writes_page_and_figures(tiny, layout_file, capsys, assert_drawn):
     out = layout_file.parent / "out"
     words = ["bench", "--quick", "-m", "sme", "-m", "equilibrium:sides=frictionless"]
     assert main([*words, "--layouts", str(layout_file), "-o", str(out)]) == 0
@@ -70,16 +70,12 @@ def test_the_command_writes_page_and_history(tiny, layout_file, capsys, assert_d
     for told in ("# What a judgement costs", "an empty verdict", "**File `mine`**", "placements",
                  "## Growth to 20 items", "A quick run"):  # fmt: skip
         assert told in text
-    assert "Earlier versions" not in text  # nothing was measured on these few cases before
     [growth] = (out / "figures").glob("growth.*.svg")
     assert_drawn(growth)
 
     assert main([*words, "--layouts", str(layout_file), "-o", str(out), "--json"]) == 0
     printed = strictly(capsys.readouterr().out)
-    kept = strictly((out / FILE).read_text())["runs"]
-    assert len(kept) == 2
-    assert kept[1] == printed
-    assert "## Earlier versions" in (out / "report.md").read_text()
+    assert strictly((out / FILE).read_text()).items() >= printed.items()
 
     measured = {(c["cases"], c["kind"], c["method"]) for c in printed["costs"]}
     for cases in ("validation", "mine"):
@@ -96,27 +92,6 @@ def test_the_command_writes_page_and_history(tiny, layout_file, capsys, assert_d
     }
     on_piles = next(c for c in printed["growth"] if (c["scene"], c["method"]) == ("piles", "sme"))
     assert [(p["items"], p["microseconds"]["n"]) for p in on_piles["points"]] == [(10, 2), (20, 2)]
-
-
-def test_a_damaged_history_is_refused_before_anything_is_measured(tiny, tmp_path, capsys):
-    (tmp_path / FILE).write_text(json.dumps({"runs": [{"date": "2026-01-01"}]}))
-    assert main(["bench", "--quick", "-o", str(tmp_path)]) == 2
-    assert capsys.readouterr().err == (
-        f"steadyload: {tmp_path / FILE}: is damaged; restore it, or remove it to begin a new "
-        "history\n"
-    )
-    assert [path.name for path in tmp_path.iterdir()] == [FILE]
-
-
-@pytest.mark.parametrize(
-    "costs", [7, [7], [{"cases": "a"}], [{"cases": "a", "kind": "judge", "method": "sme",
-              "count": 1, "microseconds": {"value": 10**400}}]]
-)  # fmt: skip
-def test_whatever_a_history_holds_it_is_read_or_refused(tmp_path, costs):
-    entry = {"date": "", "source": "", "machine": "", "costs": costs}
-    (tmp_path / FILE).write_text(json.dumps({"runs": [entry]}))
-    with pytest.raises(StoredFileError):
-        earlier_runs(tmp_path)
 
 
 def test_work_is_done_in_turns_and_not_repeated_once_it_took_long():
@@ -219,27 +194,6 @@ RUN = SpeedRun(
 )  # fmt: skip
 
 
-def earlier(machine, count):
-    costs = {("validation", Kind.JUDGE, "sme"): (62.0, count)}
-    return EarlierRun("2026-01-01", "git 0", machine, "", costs)
-
-
-def test_times_are_compared_on_the_same_processor_and_layouts_alone():
-    section = speed_page(RUN, [earlier("this", 900)]).sections[-2]
-    assert [c.cell(row) for t in section.tables for row in t.rows for c in t.columns][-3:] == [
-        "62.0", "10.0 [10.0, 10.0]", "6.20",
-    ]  # fmt: skip
-    section = speed_page(RUN, [earlier("other", 900)]).sections[-2]
-    assert [c.title for t in section.tables for c in t.columns][-2:] == ["then, us", "processor"]
-    assert "not compared" in section.tables[0].caption
-    many = [replace(earlier("this", 900), source=f"git {k}") for k in range(9)]
-    section = speed_page(RUN, [earlier("this", 30), *many]).sections[-2]
-    shown = [row[0].source for row in section.tables[0].rows]
-    assert shown == ["git 0", "git 6", "git 7", "git 8"]  # the first and the latest
-    titles = [s.title for s in speed_page(RUN, [earlier("this", 30)]).sections]
-    assert "Earlier versions" not in titles
-
-
 def test_steps_are_shown_of_methods_that_count_them():
     class Counting:
         traits = frozenset((Trait.MOVEMENT,))
@@ -250,7 +204,7 @@ def test_steps_are_shown_of_methods_that_count_them():
     assert step_shares("validation", "sme", make_method("sme"), []) is None
     found = step_shares("validation", "sme", Counting(), ["flat", "high"])
     assert (found.steps, found.kept.value, found.asked.value) == (20, 0.75, 0.15)
-    sections = {s.title: s for s in speed_page(replace(RUN, steps=(found,)), []).sections}
+    sections = {s.title: s for s in speed_page(replace(RUN, steps=(found,))).sections}
     (table,) = sections["Steps kept and asked"].tables
     assert [c.cell(found) for c in table.columns] == [
         "validation", "SME", "20", "75.0 [60.0, 90.0]", "15.0 [10.0, 20.0]",
@@ -258,17 +212,9 @@ def test_steps_are_shown_of_methods_that_count_them():
 
 
 def test_the_page_says_when_times_say_little():
-    told = speed_page(replace(RUN, compiled=False, quick=True, load=4.0), []).summary
+    told = speed_page(replace(RUN, compiled=False, quick=True, load=4.0)).summary
     for words in ("**not compiled**", "A quick run", "The machine was busy"):
         assert words in told
-
-
-def test_what_is_kept_is_read_again(tmp_path):
-    keep(RUN, tmp_path)
-    keep(replace(RUN, date="2026-11-23"), tmp_path)
-    first, second = earlier_runs(tmp_path)
-    assert (first.date, second.date, first.machine) == ("2026-11-22", "2026-11-23", "this")
-    assert second.costs["validation", Kind.JUDGE, "sme"] == (10.0, 900)
 
 
 def test_the_last_run_is_read_whole(tmp_path):
@@ -280,27 +226,19 @@ def test_the_last_run_is_read_whole(tmp_path):
     full = replace(RUN, growth=(curve,), steps=(shares,), load=None)
     keep(RUN, tmp_path)
     keep(full, tmp_path)
-    found, before = last_run(tmp_path)
-    assert repr(found) == repr(full)  # of numbers that are none, which equal nothing
-    assert [run.costs for run in before] == [run.costs for run in earlier_runs(tmp_path)[:1]]
-    store_list(tmp_path / "history.json", "runs", [{**RUN.to_json(), "costs": 3}])
-    with pytest.raises(StoredFileError, match=r"history\.json: is damaged"):
+    assert repr(last_run(tmp_path)) == repr(full)  # of numbers that are none, which equal nothing
+    write_atomically(tmp_path / FILE, manifest_text({**RUN.to_json(), "costs": 3}))
+    with pytest.raises(StoredFileError, match=r"times\.json: is damaged"):
         last_run(tmp_path)
 
 
 def test_the_last_page_is_made_again_without_measuring(tmp_path, capsys, monkeypatch):
     keep(RUN, tmp_path)
     monkeypatch.setattr("steadyload.studies.speed.study.speed_run", None)
-    before = (tmp_path / "history.json").read_bytes()
+    before = (tmp_path / FILE).read_bytes()
     assert main(["bench", "--last", "-o", str(tmp_path)]) == 0
     assert "- source: git 1\n" in (tmp_path / "report.md").read_text()
-    assert (tmp_path / "history.json").read_bytes() == before
-
-
-def test_figures_from_before_the_history_are_of_the_benchmarks_methods():
-    (former,) = former_runs()
-    assert {method for _, _, method in former.costs} == set(config.METHODS)
-    assert {cases for cases, _, _ in former.costs} == {"validation", "pallets"}
+    assert (tmp_path / FILE).read_bytes() == before
 
 
 def test_sets_of_one_name_and_empty_files_are_refused(tmp_path):

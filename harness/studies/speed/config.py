@@ -28,7 +28,7 @@ class SpeedConfig:
     )
     quick: bool = option(False, "few layouts and repeats, up to 50 items: seconds")
     last: bool = option(
-        False, "make the page of the last run of the history; measures where there is none"
+        False, "make the page of the last run once more; measures where there is none"
     )
 
 
@@ -37,7 +37,9 @@ class Speed(Study[SpeedConfig, Any]):
 
     name = "speed"
     question = "What does a judgement cost, and how does that grow with the number of items?"
-    about = "measure what judgements cost, beside earlier versions, and keep the figures"
+    about = "measure what judgements cost"
+    command = "bench"
+    folder = "bench"
     Config = SpeedConfig
     resumable = False
     workers = None
@@ -46,29 +48,27 @@ class Speed(Study[SpeedConfig, Any]):
     def run(
         self, config: SpeedConfig, work: Path, *, workers: int = 1, progress: NamedProgress = silent
     ) -> Any:
-        """The run, which is added to the history in ``work``, and those before it."""
-        from steadyload.studies.speed.history import earlier_runs, former_runs, keep, last_run
+        """The run, which is kept in ``work``, or the last one that was."""
+        from steadyload.studies.speed.kept import keep, last_run
         from steadyload.studies.speed.scenes import cases_of, check_names, labelled_cases
         from steadyload.studies.speed.study import FULL, QUICK, speed_run
 
         last = last_run(work) if config.last else None
-        if last:
-            found, before = last
-            return found, [*former_runs(), *before]
-        earlier = [*former_runs(), *earlier_runs(work)]
+        if last is not None:
+            return last
         limit = _FEW if config.quick else None
         sets = [labelled_cases(limit), *(cases_of(path, limit) for path in config.layouts)]
         check_names(sets)
         extent = QUICK if config.quick else FULL
         found = speed_run(config.methods or METHODS, sets, extent, progress)
         keep(found, work)
-        return found, earlier
+        return found
 
     def page(self, result: Any) -> Any:
         """The page of costs and growth."""
         from steadyload.studies.speed.page import speed_page
 
-        return speed_page(*result)
+        return speed_page(result)
 
 
 STUDY = Speed()

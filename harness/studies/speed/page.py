@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 from steadyload.reports.pages.page import Page, Section
@@ -12,32 +11,22 @@ from steadyload.reports.table import (
     Table,
     milliseconds,
     percent,
-    significant,
     words,
 )
 from steadyload.runs.costs import load_explained
 from steadyload.studies.speed.growth_section import growth_sections, title
 from steadyload.studies.speed.measuring import ENOUGH, POSITIONS
-from steadyload.studies.speed.records import CaseSet, Cost, EarlierRun, Kind, SpeedRun
+from steadyload.studies.speed.records import CaseSet, Cost, Kind, SpeedRun
 from steadyload.studies.speed.scenes import LABELLED
 
-_LATEST = 3
-"""Earlier runs that are shown, the latest ones, beside the very first."""
 
-
-def speed_page(run: SpeedRun, earlier: Sequence[EarlierRun]) -> Page:
-    """Compose the page.
-
-    Args:
-        run: what was measured.
-        earlier: runs before it, in order.
-    """
+def speed_page(run: SpeedRun) -> Page:
+    """Compose the page of what was measured."""
     sections = [
         _judgements(run),
         *_positions(run),
         *_steps(run),
         *growth_sections(run),
-        *_earlier(run, earlier),
     ]
     return Page(
         "What a judgement costs",
@@ -181,51 +170,6 @@ def _steps(run: SpeedRun) -> list[Section]:
 
 def _microseconds_of(cost: Cost) -> str:
     return milliseconds(cost.microseconds)
-
-
-def _earlier(run: SpeedRun, earlier: Sequence[EarlierRun]) -> list[Section]:
-    compared = [rows for rows in (_compared(run, before) for before in earlier) if rows]
-    alike = [row for rows in [*compared[:1], *compared[1:][-_LATEST:]] for row in rows]
-    here = [row for row in alike if row[0].machine == run.machine]
-    elsewhere = [row for row in alike if row[0].machine != run.machine]
-    columns = [
-        words("date, code", lambda row: f"{row[0].date}, {row[0].source}"),
-        words("cases", lambda row: row[1].cases),
-        words("method", lambda row: title(row[1].method)),
-        Column("then, us", 2, significant),
-    ]
-    ratios = [
-        Column("now, us", lambda row: milliseconds(row[1].microseconds)),
-        Column("then / now", lambda row: significant(row[2] / row[1].microseconds.value)),
-    ]
-    machine = words("processor", lambda row: row[0].machine)
-    tables: list[Table | str] = []
-    if here:
-        tables.append(Table(here, [*columns, *ratios]))
-    if elsewhere:
-        caption = "On processors of another kind, which are not compared:"
-        tables.append(Table(elsewhere, [*columns, machine], caption))
-    if not tables:
-        return []
-    notes = dict.fromkeys(f"{row[0].source}: {row[0].about}." for row in alike if row[0].about)
-    return [
-        Section(
-            "Earlier versions",
-            "`judge` on the same layouts, as it was measured then; the history is "
-            "[history.json](history.json). " + " ".join(notes),
-            tables,
-        )
-    ]
-
-
-def _compared(run: SpeedRun, before: EarlierRun) -> list[tuple[EarlierRun, Cost, float]]:
-    """The costs of judgements on the same layouts, with what they were before [us]."""
-    rows = []
-    for cost in run.costs:
-        then, count = before.costs.get((cost.cases, cost.kind, cost.method), (0.0, 0))
-        if cost.kind is Kind.JUDGE and count == cost.count:
-            rows.append((before, cost, then))
-    return rows
 
 
 def _method(run: SpeedRun) -> Section:

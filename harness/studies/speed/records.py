@@ -148,10 +148,10 @@ class SpeedRun:
 
     @classmethod
     def from_json(cls, entry: Mapping[str, Any]) -> SpeedRun:
-        """The run of an entry of a history.
+        """The run of an stored run.
 
         Raises:
-            LookupError, TypeError, ValueError: it is no entry of a history.
+            LookupError, TypeError, ValueError: it is no stored run.
         """
         growth = [
             {**curve, "points": tuple(_read(GrowthPoint, point) for point in curve["points"])}
@@ -175,44 +175,10 @@ class SpeedRun:
         return next((c for c in self.costs if (c.cases, c.kind, c.method) == wanted), None)
 
     def to_json(self) -> dict[str, Any]:
-        """The run as an entry of a history."""
+        """The run as an stored run."""
         plain = _plain(asdict(self))
         assert isinstance(plain, dict)
         return plain
-
-
-@dataclass(frozen=True, slots=True)
-class EarlierRun:
-    """A run of a history, as far as later ones are compared with it.
-
-    Attributes:
-        date, source, machine: as of a :class:`SpeedRun`.
-        about: a note on it; empty where there is none.
-        costs: by set of layouts, kind and method [us], with the number of judgements of a repeat.
-    """
-
-    date: str
-    source: str
-    machine: str
-    about: str
-    costs: Mapping[tuple[str, Kind, str], tuple[float, int]]
-
-    @classmethod
-    def from_json(cls, entry: Mapping[str, Any]) -> EarlierRun:
-        """The run of an entry.
-
-        Raises:
-            LookupError, TypeError, ValueError, OverflowError: it is no entry of a history.
-        """
-        date, source, machine = (str(entry[name]) for name in ("date", "source", "machine"))
-        costs = {
-            (str(c["cases"]), Kind(c["kind"]), str(c["method"])): (
-                float(c["microseconds"]["value"]),
-                int(c["count"]),
-            )
-            for c in entry["costs"]
-        }
-        return cls(date, source, machine, str(entry.get("about", "")), costs)
 
 
 def _read(record: type[R], entry: Mapping[str, Any]) -> R:
