@@ -91,7 +91,7 @@ def _places(study: AnyStudy) -> Iterator[tuple[str, Any, Any]]:
 
 
 def write(study: AnyStudy, config: Any, work: Path, output: Path, workers: int) -> int:
-    """Run a study, write its page, and print the path of that; the exit status.
+    """Run a study, write its page, and print what it says of that; the exit status.
 
     Args:
         study: in either form.
@@ -114,7 +114,7 @@ def write(study: AnyStudy, config: Any, work: Path, output: Path, workers: int) 
         print(write_page(study.page(found), output))
         return 0
     config.beside(found, output)
-    print(write_page(config.page(found), output))
+    print(config.printed(found, write_page(config.page(found), output)))
     for remark in config.remarks(found):
         say(remark)
     return int(config.status(found))

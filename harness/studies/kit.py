@@ -188,8 +188,12 @@ class Study(ABC, Generic[F]):
     def beside(self, found: F, folder: Path) -> None:
         """Write files into the folder of the page, to which it links; by default none."""
 
+    def printed(self, found: F, page: Path) -> str:
+        """The text that the command prints; by default the path of its page."""
+        return str(page)
+
     def remarks(self, found: F) -> Iterable[str]:
-        """Sentences that the command prints after the path of the page."""
+        """Sentences that the command says after that; by default none."""
         return ()
 
     def status(self, found: F) -> int:

@@ -32,7 +32,7 @@ STUDIES: dict[str, str] = {
     "replication": "steadyload.studies.replication.config:STUDY",
     "uncertain": "steadyload.studies.uncertain.study:Uncertain",
     "session": "steadyload.studies.session.study:Session",
-    "speed": "steadyload.studies.speed.config:STUDY",
+    "speed": "steadyload.studies.speed.study:Speed",
     "engines": "steadyload.studies.engines.study:EngineStudy",
     "precision": "steadyload.studies.precision.study:Precision",
     "scope": "steadyload.studies.scope.study:Scope",

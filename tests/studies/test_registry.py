@@ -26,7 +26,7 @@ from steadyload.studies import published, registry
 from steadyload.studies.engines.settings import engine_records
 from steadyload.studies.engines.settings_page import engines_markdown
 from steadyload.studies.registry import STUDIES, study
-from steadyload.studies.speed.steps import step_shares
+from steadyload.studies.speed.running import step_shares
 from steadyload.studies.table5.study import Table5Options, standard_methods
 from steadyload.tuning.cascade.step_scores import score_steps
 from steadyload.tuning.cases import Case
@@ -226,7 +226,7 @@ def places(monkeypatch, layout):
     tested, ready = MethodUnderTest("optimist"), []
     method = tested.method
     found = {name for name, one in PROPERTIES.items() if one.applies(tested)}
-    if step_shares("drawn", "optimist", method, [layout]) is not None:
+    if step_shares(method, [layout]):
         found.add("shares of steps")
     table = score_steps(["optimist"], [Case(layout, len(layout), "S1", "list", None)])
     if table.step_scores["optimist"].trained:

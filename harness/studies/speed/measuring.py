@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -15,6 +15,9 @@ from steadyload.methods.contract.method import Method, NotBatchedError, verdict_
 from steadyload.methods.contract.verdict import STABLE
 from steadyload.methods.session.session import LoadingSession
 from steadyload.progress import Progress
+from steadyload.runs.timing import taken
+from steadyload.statistics.estimate import Estimate
+from steadyload.statistics.metrics import median
 
 _LEAST = 2e-3
 """CPU time of a repeat at least [s]; shorter work is done several times."""
@@ -35,10 +38,14 @@ Work = Callable[[], float]
 class Job:
     """Work that is measured: ``count`` equal parts; ``seconds`` of one part in every repeat."""
 
-    key: Hashable
-    count: int
     work: Work
+    count: int = 1
     seconds: list[float] = field(default_factory=list)
+
+    @property
+    def microseconds(self) -> Estimate:
+        """CPU time of one part: the median of the repeats."""
+        return median([1e6 * each for each in self.seconds])
 
 
 def measure(
@@ -69,41 +76,36 @@ def measure(
             if spent[place] > enough:
                 continue
             job = jobs[place]
-            taken = sum(job.work() for _ in range(loops[place]))
-            spent[place] += taken
-            job.seconds.append(taken / loops[place] / job.count)
+            seconds = sum(job.work() for _ in range(loops[place]))
+            spent[place] += seconds
+            job.seconds.append(seconds / loops[place] / job.count)
 
 
 def _timed(call: Callable[[], object]) -> Work:
-    def work() -> float:
-        start = time.process_time()
-        call()
-        return time.process_time() - start
-
-    return work
+    return lambda: 1e-3 * taken(call)[0]
 
 
-def looping(layouts: Sequence[Layout]) -> Work:
+def looping(layouts: Sequence[Layout]) -> Job:
     """A Python loop over layouts that does nothing."""
 
     def loop() -> None:
         for _ in layouts:
             pass
 
-    return _timed(loop)
+    return Job(_timed(loop), len(layouts))
 
 
-def empty_verdicts(layouts: Sequence[Layout]) -> Work:
+def empty_verdicts(layouts: Sequence[Layout]) -> Job:
     """A verdict on every layout, with its times, by a method that does nothing."""
 
     def loop() -> None:
         for layout in layouts:
             verdict_by(lambda watch: STABLE, len(layout), None)
 
-    return _timed(loop)
+    return Job(_timed(loop), len(layouts))
 
 
-def judging(method: Method, layouts: Sequence[Layout]) -> Work:
+def judging(method: Method, layouts: Sequence[Layout]) -> Job:
     """Judgements of layouts one by one."""
 
     def loop() -> None:
@@ -111,10 +113,10 @@ def judging(method: Method, layouts: Sequence[Layout]) -> Work:
         for layout in layouts:
             judge(layout)
 
-    return _timed(loop)
+    return Job(_timed(loop), len(layouts))
 
 
-def judging_together(method: Method, layouts: Sequence[Layout]) -> Work | None:
+def judging_together(method: Method, layouts: Sequence[Layout]) -> Job | None:
     """Judgements of all layouts at once; None for a method that judges one layout at a time.
 
     The batch is made before.
@@ -124,11 +126,11 @@ def judging_together(method: Method, layouts: Sequence[Layout]) -> Work | None:
         method.evaluate(LayoutBatch.of(layouts[:1]))
     except NotBatchedError:
         return None
-    return _timed(lambda: method.evaluate(batch))
+    return Job(_timed(lambda: method.evaluate(batch)), len(layouts))
 
 
-def placing(method: Method, layouts: Sequence[Layout]) -> tuple[int, Work]:
-    """Number of placements, and the placements: of every layout up to the first that fails."""
+def placing(method: Method, layouts: Sequence[Layout]) -> Job:
+    """Placements of items in sessions: of every layout up to the first that fails."""
 
     def placements(layout: Layout) -> tuple[int, float]:
         with LoadingSession(layout.pallet, method) as session:
@@ -142,22 +144,17 @@ def placing(method: Method, layouts: Sequence[Layout]) -> tuple[int, Work]:
     def work() -> float:
         return sum(placements(layout)[1] for layout in layouts)
 
-    return sum(placements(layout)[0] for layout in layouts), work
+    return Job(work, sum(placements(layout)[0] for layout in layouts))
 
 
-def judging_positions(method: Method, layout: Layout) -> Work:
-    """Judgements of positions of the last item on all others.
-
-    Args:
-        method: that judges.
-        layout: stable by the method.
-    """
+def judging_positions(method: Method, layout: Layout) -> Job:
+    """Judgements of positions of the last item of a layout, on all others, which are stable."""
     session = LoadingSession(layout.pallet, method)
     for item in layout.items[:-1]:
         session.try_place(item)
     item = layout.items[-1]
     positions = _positions(item, layout)
-    return _timed(lambda: session.feasible(item, positions))
+    return Job(_timed(lambda: session.feasible(item, positions)), POSITIONS)
 
 
 def _positions(item: Item, layout: Layout) -> np.ndarray:

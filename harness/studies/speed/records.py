@@ -1,203 +1,145 @@
-"""Records of a run of the benchmark: costs, growth, and what they were measured with."""
+"""Rows of the benchmark: costs of judgements, and their growth with the number of items."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass
-from enum import StrEnum
-from typing import Any, TypeVar
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from typing import Any, ClassVar
 
+from steadyload.methods.naming import MethodKey, method_key
+from steadyload.methods.registry import make_method
+from steadyload.reports.columns import cell, column, decimal, milliseconds, percent, row
+from steadyload.runs.costs import load_explained
 from steadyload.statistics.estimate import Estimate
+from steadyload.studies.speed.measuring import ENOUGH, POSITIONS
 
-R = TypeVar("R")
-
-
-class Kind(StrEnum):
-    """Kind of work whose cost is measured.
-
-    ``loop``: a Python loop over the layouts. ``empty``: a verdict with its times, of a method that
-    does nothing. ``judge``: layouts one by one. ``batch``: all layouts at once. ``place``:
-    placements in a session. ``feasible``: positions of an item in a session, judged at once.
-    """
-
-    LOOP = "loop"
-    EMPTY = "empty"
-    JUDGE = "judge"
-    BATCH = "batch"
-    PLACE = "place"
-    FEASIBLE = "feasible"
+LATE = 50
+"""Number of items from which on the second exponent is fitted."""
 
 
-@dataclass(frozen=True, slots=True)
+def _titled(spec: str) -> str:
+    return method_key(make_method(spec)).title
+
+
+def _rate(microseconds: Estimate | None) -> str:
+    """Layouts a second with the interval, with three significant digits."""
+    if microseconds is None:
+        return cell(None)
+    ends = (microseconds.value, microseconds.high, microseconds.low)
+    value, low, high = (f"{float(f'{1e6 / end:.2e}'):,.0f}" for end in ends)
+    return f"{value} [{low}, {high}]"
+
+
+class _OfMethod:
+    """A row of a method, by its spec."""
+
+    method: str
+
+    @property
+    def key(self) -> MethodKey:
+        """Name of the method on pages."""
+        return method_key(make_method(self.method))
+
+
+@row
 class CaseSet:
-    """A set of layouts that is judged: its name, number of layouts and mean number of items."""
+    """A set of layouts that is judged, and the CPU time of a layout without a judgement [us].
+
+    ``loop``: in a Python loop that does nothing. ``empty``: a verdict with its times, of a method
+    that does nothing.
+    """
 
     name: str
     layouts: int
     mean_items: float
+    loop: Estimate
+    empty: Estimate
 
 
-@dataclass(frozen=True, slots=True)
-class Cost:
-    """CPU time of one judgement, placement or position.
+@row
+class Cost(_OfMethod):
+    """CPU times of a method on a set of layouts [us], and shares of its steps.
 
-    Attributes:
-        cases: name of the set of layouts.
-        kind: of work.
-        method: spec; empty for what no method does.
-        count: judgements, placements or positions of a repeat.
-        missing: layouts left out because they had no verdict in time.
-        microseconds: of one: the median of the repeats.
+    Times are medians of the repeats; what a method cannot do is None, such as batches.
     """
 
-    cases: str
-    kind: Kind
-    method: str
-    count: int
-    missing: int
-    microseconds: Estimate
+    cases: str = column()
+    method: str = column(form=_titled)
+    n: int = column(about="layouts that are judged")
+    missing: int = column(about="layouts left out because they had no verdict in time")
+    placements: int | None = column(about="in a session, up to the first that fails")
+    judge: Estimate | None = column("judge, us", milliseconds, "one by one", default=None)
+    batch: Estimate | None = column("batch, layouts/s", _rate, "all at once", default=None)
+    placement: Estimate | None = column("placement, us", milliseconds, default=None)
+    position: Estimate | None = column("us a position", milliseconds, default=None)
+    steps: int | None = column(default=None)
+    kept: Estimate | None = column("kept %", percent, default=None)
+    asked: Estimate | None = column("asked %", percent, default=None)
 
 
-@dataclass(frozen=True, slots=True)
-class StepShares:
-    """Shares of the steps of a set of layouts.
-
-    Attributes:
-        cases: name of the set of layouts.
-        method: spec.
-        steps: that were judged.
-        kept: for which forces found before were kept.
-        asked: for which the model of motion was asked.
-    """
-
-    cases: str
-    method: str
-    steps: int
-    kept: Estimate
-    asked: Estimate
-
-
-@dataclass(frozen=True, slots=True)
-class GrowthPoint:
-    """CPU time of a judgement at a number of items: the median of layouts that are stable.
-
-    Attributes:
-        items: of every layout.
-        joined: how many of the layouts are made of several, side by side.
-        microseconds: of a judgement by itself.
-        batch: of one in a batch, without a verdict of its own; of nothing where a method has none.
-    """
-
-    items: int
-    joined: int
-    microseconds: Estimate
-    batch: Estimate
-
-
-@dataclass(frozen=True, slots=True)
-class GrowthCurve:
-    """Cost by number of items: one method, one scene.
-
-    Attributes:
-        scene: its name.
-        method: spec.
-        points: by rising number of items.
-        exponent: the cost grows as this power of the number of items.
-        late: likewise, from 50 items on.
-        batch: likewise, in a batch; of nothing where a method has no batches.
-    """
+@row
+class GrowthPoint(_OfMethod):
+    """CPU time of a judgement at a number of items: the median of layouts that are stable."""
 
     scene: str
-    method: str
-    points: tuple[GrowthPoint, ...]
-    exponent: Estimate
-    late: Estimate
-    batch: Estimate
+    method: str = column(form=_titled)
+    items: int = column("J")
+    joined: int = column(about="layouts that are made of several, side by side")
+    judge: Estimate = column("judge, us", milliseconds)
+    batch: Estimate | None = column("in a batch, us", milliseconds, "without a verdict of its own")
 
 
-@dataclass(frozen=True, slots=True)
-class SpeedRun:
-    """A run of the benchmark.
+@row
+class Growth(_OfMethod):
+    """Exponents of the number of items in the cost; None where there is no interval."""
+
+    scene: str
+    method: str = column(form=_titled)
+    exponent: Estimate | None = column("judge: exponent", decimal)
+    late: Estimate | None = column(f"from {LATE} items on", decimal)
+    batch: Estimate | None = column("in a batch: exponent", decimal)
+
+    @property
+    def compared(self) -> Estimate | None:
+        """The exponent that is compared with the aim."""
+        return self.batch or self.exponent
+
+
+@row
+class Found:
+    """A run of the benchmark, of which its page is made and which is kept as JSON.
 
     Attributes:
-        date: on which it was made.
-        source: revision of the code.
-        machine: kind of processor; times on other kinds are not compared.
         compiled: whether methods ran compiled.
         quick: whether it is a short run on fewer layouts.
         load: most processes that wanted to run, one of them ours; None where it is not known.
         patience: seconds after which a judgement is given up.
-        cases: that were judged.
-        costs, steps, growth: what was measured.
-        made_with: provenance of the code that measured, as a page shows it.
+        cases: sets of layouts, that of labelled ones first.
+        made_with: with the kind of ``processor``; times on other kinds are not compared.
     """
 
     date: str
-    source: str
-    machine: str
     compiled: bool
     quick: bool
     load: float | None
     patience: float
-    cases: tuple[CaseSet, ...]
-    costs: tuple[Cost, ...]
-    steps: tuple[StepShares, ...]
-    growth: tuple[GrowthCurve, ...]
+    cases: Sequence[CaseSet]
+    costs: Sequence[Cost]
+    growth: Sequence[Growth]
+    points: Sequence[GrowthPoint]
     made_with: Mapping[str, str]
 
-    @classmethod
-    def from_json(cls, entry: Mapping[str, Any]) -> SpeedRun:
-        """The run of an stored run.
+    aim: ClassVar[float] = 1.3
+    """Exponent of growth that is aimed at."""
 
-        Raises:
-            LookupError, TypeError, ValueError: it is no stored run.
-        """
-        growth = [
-            {**curve, "points": tuple(_read(GrowthPoint, point) for point in curve["points"])}
-            for curve in entry["growth"]
-        ]
-        return cls(
-            **{
-                **entry,
-                "cases": tuple(_read(CaseSet, each) for each in entry["cases"]),
-                "costs": tuple(
-                    _read(Cost, {**each, "kind": Kind(each["kind"])}) for each in entry["costs"]
-                ),
-                "steps": tuple(_read(StepShares, each) for each in entry["steps"]),
-                "growth": tuple(_read(GrowthCurve, curve) for curve in growth),
-            }
-        )
+    positions: ClassVar[int] = POSITIONS
+    enough: ClassVar[float] = ENOUGH
 
-    def cost(self, cases: str, kind: Kind, method: str = "") -> Cost | None:
-        """The cost of a kind of work; None where it was not measured."""
-        wanted = (cases, kind, method)
-        return next((c for c in self.costs if (c.cases, c.kind, c.method) == wanted), None)
+    def to_dict(self) -> dict[str, Any]:
+        """The run as JSON holds it."""
+        return asdict(self)
 
-    def to_json(self) -> dict[str, Any]:
-        """The run as an stored run."""
-        plain = _plain(asdict(self))
-        assert isinstance(plain, dict)
-        return plain
-
-
-def _read(record: type[R], entry: Mapping[str, Any]) -> R:
-    """A record of its entry; a mapping is an estimate."""
-    return record(**{k: _estimate(v) if isinstance(v, Mapping) else v for k, v in entry.items()})
-
-
-def _estimate(entry: Mapping[str, Any]) -> Estimate:
-    """An estimate of its entry, in which numbers that are none are null."""
-    low, value, high = (
-        math.nan if entry[name] is None else float(entry[name]) for name in ("low", "value", "high")
-    )
-    return Estimate(value, low, high, int(entry["n"]))
-
-
-def _plain(value: Any) -> Any:
-    """A value as JSON holds it: numbers that are none become null."""
-    if isinstance(value, dict):
-        return {key: _plain(each) for key, each in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(each) for each in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+    @property
+    def load_explained(self) -> str:
+        """Sentence on the load of the machine."""
+        return load_explained(self.load)

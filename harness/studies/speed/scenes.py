@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -33,14 +33,6 @@ _SEED = 3
 
 
 @dataclass(frozen=True)
-class Cases:
-    """Layouts that are judged as they are, under a name."""
-
-    name: str
-    layouts: tuple[Layout, ...]
-
-
-@dataclass(frozen=True)
 class Source:
     """A large layout whose first items are judged, more and more of them.
 
@@ -51,57 +43,38 @@ class Source:
     alone: int
 
 
-@dataclass(frozen=True)
-class Scene:
-    """Where the layouts of growth come from.
+def case_sets(files: Sequence[Path], limit: int | None) -> dict[str, list[Layout]]:
+    """Layouts that are judged as they are, by the name of their set.
 
-    Attributes:
-        name: of the scene.
-        sources: of a method, and seconds after which a judgement is given up.
+    The first set has the validation cases of the labelled set; each other one has the layouts of a
+    file, and its name without the ending.
+
+    Args:
+        files: of layouts.
+        limit: cases a scenario, and layouts of a file, at most; None for all.
+
+    Raises:
+        LayoutError: a file holds something that is no valid layout, or no layout at all, or has
+            the name of another set.
+        OSError: it cannot be read.
     """
-
-    name: str
-    sources: Callable[[Method, float], Sequence[Source]]
-
-
-def labelled_cases(limit: int | None) -> Cases:
-    """Validation cases of the labelled set; at most ``limit`` a scenario."""
     benchmark = load_benchmark()
     rows = benchmark.select(Part.VALIDATION, limit=limit)
     named = zip(rows["layout"], rows["scenario"], strict=True)
-    return Cases(LABELLED, tuple(benchmark.layout(name, scenario) for name, scenario in named))
-
-
-def cases_of(path: Path, limit: int | None) -> Cases:
-    """Layouts of a file, under its name without the ending; at most ``limit``.
-
-    Raises:
-        LayoutError: the file holds something that is no valid layout, or no layout at all.
-        OSError: it cannot be read.
-    """
-    layouts = tuple(read_layouts(path)[:limit])
-    if not layouts:
-        raise LayoutError("holds no layouts; allowed: one or more").located(file=str(path))
-    return Cases(path.stem, layouts)
-
-
-def check_names(sets: Sequence[Cases]) -> None:
-    """Refuse sets of which two have one name, or one that of the generated scene.
-
-    Raises:
-        LayoutError: they have.
-    """
-    taken = {PILES}
-    for cases in sets:
-        if cases.name in taken:
+    sets = {LABELLED: [benchmark.layout(name, scenario) for name, scenario in named]}
+    for file in files:
+        if file.stem in (PILES, *sets):
             raise LayoutError(
-                f"two sets of layouts are called {shown(cases.name)}; allowed: files of different "
+                f"two sets of layouts are called {shown(file.stem)}; allowed: files of different "
                 f"names, but {PILES} and {LABELLED}"
             )
-        taken.add(cases.name)
+        sets[file.stem] = read_layouts(file)[:limit]
+        if not sets[file.stem]:
+            raise LayoutError("holds no layouts; allowed: one or more").located(file=str(file))
+    return sets
 
 
-def piles(most_items: int, draws: int) -> Scene:
+def piles(most_items: int, draws: int) -> list[Source]:
     """Random boxes on a deck of 80 x 80 cm, packed from the bottom up, bases supported by 0.8."""
     packed = [
         random_boxes(
@@ -109,46 +82,40 @@ def piles(most_items: int, draws: int) -> Scene:
         )
         for seed in range(_SEED, _SEED + draws)
     ]
-    sources = [Source(layout, most_items) for layout in packed]
-    return Scene(PILES, lambda method, patience: sources)
+    return [Source(layout, most_items) for layout in packed]
 
 
-def growing(cases: Cases, most_items: int, draws: int) -> Scene:
-    """The layouts of a set in random order, joined to large ones.
+def joined(
+    name: str, layouts: Sequence[Layout], most_items: int, draws: int, patience: float,
+    method: Method,
+) -> list[Source]:  # fmt: skip
+    """Layouts in random order, joined to large ones.
 
     Of every layout the first items are taken, as many as the method calls safe, ten at least. A
     source begins with one layout; the next ones stand beside it on one long deck, until there are
     ``most_items``.
-    """
-    order = np.random.default_rng(_SEED).permutation(len(cases.layouts)).tolist()
-    layouts = [cases.layouts[place] for place in order]
 
-    def sources(method: Method, patience: float) -> list[Source]:
-        parts: list[Layout] = []
-        for part in _safe_parts(method, layouts, patience):
-            parts.append(part)
+    Args:
+        name: of the layouts.
+        layouts: that are joined.
+        most_items: of a source.
+        draws: sources.
+        patience: seconds after which a judgement is given up.
+        method: that judges.
+    """
+    parts: list[Layout] = []
+    for place in np.random.default_rng(_SEED).permutation(len(layouts)).tolist():
+        safe = method.judge(layouts[place], timeout=patience).items_placed
+        if safe is not None and safe >= _FEWEST:
+            parts.append(layouts[place].first(safe))
             if sum(map(len, parts[draws - 1 :])) >= most_items:
                 break
-        return [
-            Source(_side_by_side(f"{cases.name}-{first}", row), len(row[0]))
-            for first in range(min(draws, len(parts)))
-            for row in [_enough(parts[first:], most_items)]
-        ]
-
-    return Scene(cases.name, sources)
-
-
-def _safe_parts(method: Method, layouts: Sequence[Layout], patience: float) -> Iterator[Layout]:
-    for layout in layouts:
-        verdict = method.judge(layout, timeout=patience)
-        if verdict.items_placed is not None and verdict.items_placed >= _FEWEST:
-            yield layout.first(verdict.items_placed)
-
-
-def _enough(parts: Sequence[Layout], items: int) -> list[Layout]:
-    """The first parts, until they have so many items, or all."""
-    totals = np.cumsum([len(part) for part in parts])
-    return list(parts[: int(np.searchsorted(totals, items)) + 1])
+    sources = []
+    for first in range(min(draws, len(parts))):
+        totals = np.cumsum([len(part) for part in parts[first:]])
+        row = parts[first : first + int(np.searchsorted(totals, most_items)) + 1]
+        sources.append(Source(_side_by_side(f"{name}-{first}", row), len(row[0])))
+    return sources
 
 
 def _side_by_side(name: str, layouts: Sequence[Layout]) -> Layout:

@@ -1,181 +1,69 @@
-"""The benchmark: what judgements cost, measured side by side in one process."""
+"""Cost of a judgement: one by one, in batches, in sessions, and by number of items."""
 
 from __future__ import annotations
 
-import time
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
 
-import numba
+from steadyload.studies.kit import Lab, PublishedPage, Study, methods_option, option
 
-from steadyload.layouts.model.layout import Layout
-from steadyload.methods.contract.method import Method, Status
-from steadyload.methods.registry import make_method
-from steadyload.progress import NamedProgress
-from steadyload.runs.provenance import machine_kind, provenance, provenance_lines, source_line
-from steadyload.runs.timing import machine_load
-from steadyload.statistics.metrics import median
-from steadyload.studies.speed.growth import ITEM_COUNTS, growth_curves
-from steadyload.studies.speed.measuring import (
-    POSITIONS,
-    Job,
-    empty_verdicts,
-    judging,
-    judging_positions,
-    judging_together,
-    looping,
-    measure,
-    placing,
-)
-from steadyload.studies.speed.records import CaseSet, Cost, Kind, SpeedRun
-from steadyload.studies.speed.scenes import Cases, growing, piles
-from steadyload.studies.speed.steps import step_shares
+if TYPE_CHECKING:
+    from steadyload.studies.speed.records import Found
 
-_EVERY = 10
-_LONGEST = 10.0
-"""CPU time of judging a set once above which only every tenth layout is judged [s]."""
+METHODS = ("fbs", "pbs0.7", "sme", "equilibrium", "equilibrium:time=0.3")
+"""Methods that are measured by default."""
+
+FILE = "times.json"
+"""File of the figures, in the folder of the page."""
 
 
-@dataclass(frozen=True, slots=True)
-class Extent:
-    """How much is measured.
+class Speed(Study["Found"]):
+    """Methods, layouts, and how much is measured."""
 
-    Attributes:
-        repeats: of every measurement.
-        draws: layouts of a size in the growth.
-        most_items: of a layout in the growth.
-        patience: seconds after which a judgement is given up.
-    """
+    question = "What does a judgement cost, and how does that grow with the number of items?"
+    about = "measure what judgements cost"
+    command_words = "bench"
+    work = Path("runs/bench")
+    resumable = False
+    workers = None
+    pages = (PublishedPage("speed", "--last --layouts ../shared/data/pallets/pallets.json"),)
 
-    repeats: int = 9
-    draws: int = 8
-    most_items: int = 200
-    patience: float = 2.0
-
-
-FULL = Extent()
-QUICK = Extent(repeats=3, draws=2, most_items=50, patience=0.5)
-
-
-def speed_run(
-    specs: Sequence[str], sets: Sequence[Cases], extent: Extent, progress: NamedProgress
-) -> SpeedRun:
-    """Measure methods on sets of layouts, the first of which is the labelled one.
-
-    Raises:
-        SpecError: there is no such method.
-    """
-    methods = {spec: make_method(spec) for spec in specs}
-    largest = max(len(layout) for cases in sets for layout in cases.layouts)
-    for spec, method in methods.items():
-        progress(f"{spec}: prepared")
-        method.prepare(max(largest, extent.most_items))
-    before, made = machine_load(), provenance()
-    costs, steps = [], []
-    for cases in sets:
-        judged = {}
-        for spec, method in methods.items():
-            progress(f"{cases.name}, {spec}")
-            judged[spec] = _judged(method, cases.layouts, extent.patience)
-            shares = step_shares(cases.name, spec, method, judged[spec][0])
-            steps += [shares] if shares else []
-        costs += _costs(methods, cases, judged, extent.repeats, progress)
-    scenes = [piles(extent.most_items, extent.draws)]
-    scenes += [growing(cases, extent.most_items, extent.draws) for cases in sets[1:]]
-    curves = growth_curves(
-        methods,
-        scenes,
-        [count for count in ITEM_COUNTS if count <= extent.most_items],
-        repeats=extent.repeats,
-        patience=extent.patience,
-        progress=progress,
+    methods: tuple[str, ...] = methods_option(
+        f"measure only this; may be repeated (default: {', '.join(METHODS)})"
     )
-    after = machine_load()
-    return SpeedRun(
-        date=time.strftime("%Y-%m-%d", time.gmtime()),
-        source=source_line(made),
-        machine=machine_kind(),
-        compiled=not numba.config.DISABLE_JIT,
-        quick=extent != FULL,
-        load=None if before is None or after is None else max(before, after),
-        patience=extent.patience,
-        cases=tuple(_described(cases) for cases in sets),
-        costs=tuple(costs),
-        steps=tuple(steps),
-        growth=tuple(curves),
-        made_with=provenance_lines(made),
+    layouts: tuple[Path, ...] = option(
+        (), "measure on the layouts of this file, too; may be repeated", metavar="FILE"
     )
+    quick: bool = option(False, "few layouts and repeats, up to 50 items: seconds")
+    last: bool = option(
+        False, "make the page of the last run once more; measures where there is none"
+    )
+    json: bool = option(False, "print the figures as one JSON object, in place of the page's path")
 
+    def run(self, lab: Lab) -> Found:
+        """Times that are measured, or those of the last run, which are kept beside its page."""
+        from steadyload.config import bind
+        from steadyload.stored import stored_object
+        from steadyload.studies.speed.records import Found
+        from steadyload.studies.speed.running import FULL, QUICK, run_speed
+        from steadyload.studies.speed.scenes import case_sets
 
-def _described(cases: Cases) -> CaseSet:
-    counts = [len(layout) for layout in cases.layouts]
-    return CaseSet(cases.name, len(counts), sum(counts) / len(counts))
+        file = lab.work / FILE
+        if self.last and file.exists():
+            return bind(Found, stored_object(file, "remove it, and measure anew"), str(file))
+        extent = QUICK if self.quick else FULL
+        sets = case_sets(self.layouts, extent.limit)
+        return run_speed(self.methods or METHODS, sets, extent, lab.progress)
 
+    def beside(self, found: Found, folder: Path) -> None:
+        """The figures, of which the page can be made once more."""
+        from steadyload.atomic import manifest_text, write_atomically
 
-def _costs(
-    methods: Mapping[str, Method],
-    cases: Cases,
-    judged: Mapping[str, tuple[list[Layout], int]],
-    repeats: int,
-    progress: NamedProgress,
-) -> list[Cost]:
-    """Costs on one set: without a method, and of every method in every way that it can judge.
+        folder.mkdir(parents=True, exist_ok=True)
+        write_atomically(folder / FILE, manifest_text(found.to_dict()))
 
-    Args:
-        methods: by spec.
-        cases: the set.
-        judged: by spec, the layouts of the set that are judged, and how many had no verdict.
-        repeats: of every measurement.
-        progress: called with repeats done and repeats in all.
-    """
-    name, jobs = cases.name, []
-    for kind, work in (
-        (Kind.LOOP, looping(cases.layouts)),
-        (Kind.EMPTY, empty_verdicts(cases.layouts)),
-    ):
-        jobs.append(Job((kind, ""), len(cases.layouts), work))
-    for spec, method in methods.items():
-        if judged[spec][0]:
-            jobs += _jobs(spec, method, judged[spec][0])
-    measure(jobs, repeats, partial(progress, name))
-    found = []
-    for job in jobs:
-        kind, spec = job.key  # type: ignore[misc]
-        taken = median([1e6 * seconds for seconds in job.seconds])
-        missing = judged[spec][1] if spec else 0
-        found.append(Cost(name, kind, spec, job.count, missing, taken))
-    return found
+    def printed(self, found: Found, page: Path) -> str:
+        """The path of the page, or the figures as JSON."""
+        import json
 
-
-def _jobs(spec: str, method: Method, layouts: Sequence[Layout]) -> list[Job]:
-    jobs = [Job((Kind.JUDGE, spec), len(layouts), judging(method, layouts))]
-    together = judging_together(method, layouts)
-    if together is not None:
-        jobs.append(Job((Kind.BATCH, spec), len(layouts), together))
-        stable = [x for x in layouts if len(x) > 1 and method.judge(x).stable]
-        if stable:
-            positions = judging_positions(method, max(stable, key=len))
-            jobs.append(Job((Kind.FEASIBLE, spec), POSITIONS, positions))
-    placements, work = placing(method, layouts)
-    jobs.append(Job((Kind.PLACE, spec), placements, work))
-    return jobs
-
-
-def _judged(method: Method, layouts: Sequence[Layout], patience: float) -> tuple[list[Layout], int]:
-    """The layouts on which a method is measured, and how many more had no verdict in time.
-
-    These are all, or every tenth where judging all takes long.
-    """
-    few = layouts[::_EVERY]
-    start = time.process_time()
-    found = _with_verdict(method, few, patience)
-    long = _EVERY * (time.process_time() - start) > _LONGEST
-    if long or len(few) == len(layouts):
-        return found, len(few) - len(found)
-    found = _with_verdict(method, layouts, patience)
-    return found, len(layouts) - len(found)
-
-
-def _with_verdict(method: Method, layouts: Sequence[Layout], patience: float) -> list[Layout]:
-    return [x for x in layouts if method.judge(x, timeout=patience).status is Status.DONE]
+        return json.dumps(found.to_dict(), indent=1) if self.json else str(page)
