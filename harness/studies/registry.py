@@ -34,7 +34,6 @@ STUDIES: dict[str, str] = {
     "session": "steadyload.studies.session.study:Session",
     "speed": "steadyload.studies.speed.study:Speed",
     "engines": "steadyload.studies.engines.study:EngineStudy",
-    "precision": "steadyload.studies.precision.study:Precision",
     "scope": "steadyload.studies.scope.study:Scope",
     "closed_forms": "steadyload.studies.closed_forms.study:ClosedForms",
     "convergence": "steadyload.studies.convergence.study:Convergence",

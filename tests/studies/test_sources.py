@@ -64,7 +64,7 @@ def test_all_of_the_differences_are_shared_out(found):
 
 
 def page_of(tables):
-    return EngineStudy().page(Found(None, [], [], [], tables, {}))
+    return EngineStudy().page(Found(None, [], [], [], tables, None, {}))
 
 
 def leading(*tables):

@@ -46,8 +46,9 @@ def test_curves_cover_every_engine_and_add_up(tmp_path, monkeypatch):
             assert 0.0 < point.step <= point.total
             assert max(point.build, point.read) <= point.total
             assert (point.floor is None) == (curve.scope == "local")
-    page = EngineStudy().page(Found(None, [], curves, [], [], {}))
-    write_page(page, tmp_path)
+    page = EngineStudy().page(Found(None, [], curves, [], [], None, {}))
+    text = write_page(page, tmp_path).read_text()
+    assert "J^" not in text  # the exponents stand in the figure
     assert list((tmp_path / "figures").glob("growth.*.svg"))
 
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from steadyload.methods.tuned import tuned_engines
 from steadyload.reports.columns import row
 from steadyload.runs.costs import CostKind, CostSource
+from steadyload.studies.engines.accuracy import Accuracy
 from steadyload.studies.engines.agreeing import Agreement, OptionEffect
 from steadyload.studies.engines.sources import ANSWERS, Source, SourceTable
 from steadyload.studies.engines.speed import Cost, Gain, SpeedCurve, costs
@@ -21,6 +22,7 @@ class Found:
     curves: Sequence[SpeedCurve]
     rates: Sequence[Gain]
     tables: Sequence[SourceTable]
+    accuracy: Accuracy | None
     made_with: Mapping[str, str]
 
     @property

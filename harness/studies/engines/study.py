@@ -9,7 +9,7 @@ from steadyload.studies.kit import Lab, PublishedPage, Study, option
 if TYPE_CHECKING:
     from steadyload.studies.engines.showing import Found
 
-PARTS = ("sources", "agreement", "options", "speed", "throughput")
+PARTS = ("sources", "accuracy", "agreement", "options", "speed", "throughput")
 _SEED = 7
 
 
@@ -22,8 +22,8 @@ class EngineStudy(Study["Found"]):
     pages = (
         PublishedPage(
             "engines",
-            "--part sources --real-cases 20 --part agreement --part options --part speed "
-            "--part throughput",
+            "--part sources --real-cases 20 --part accuracy --part agreement --part options "
+            "--part speed --part throughput",
         ),
     )
 
@@ -35,7 +35,8 @@ class EngineStudy(Study["Found"]):
         300, "generated layouts for agreement and options (default: 300)", least=1
     )
     cases: int = option(
-        100, "cases a scenario of part test for sources, on the set of many lists (default: 100)",
+        100, "cases a scenario of part test for sources and accuracy, on the set of many lists "
+        "(default: 100)",
         least=2,
     )  # fmt: skip
     real_cases: int = option(
@@ -50,6 +51,7 @@ class EngineStudy(Study["Found"]):
         """Parts that are not asked for are empty."""
         from steadyload.layouts.benchmark.dataset import LISTS, REAL
         from steadyload.runs.provenance import provenance_lines
+        from steadyload.studies.engines.accuracy import accuracy_by_load
         from steadyload.studies.engines.agreeing import Drawn, engine_agreement, option_effects
         from steadyload.studies.engines.showing import Found
         from steadyload.studies.engines.sources import sources_of_differences
@@ -66,5 +68,6 @@ class EngineStudy(Study["Found"]):
             speed_curves(lab, counts) if "speed" in parts else [],
             throughput(lab) if "throughput" in parts else [],
             sources_of_differences(lab, limits) if "sources" in parts else [],
+            accuracy_by_load(lab, self.cases) if "accuracy" in parts else None,
             {"generated layouts": f"{self.layouts}, seed {_SEED}"} | made_with,
         )

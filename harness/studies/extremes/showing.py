@@ -16,6 +16,7 @@ from steadyload.studies.closed_form_errors import (
     hertz,
 )
 from steadyload.studies.extremes.envelopes import EnvelopeRow, envelope_rows, from_here_on
+from steadyload.studies.extremes.loads import Loads
 from steadyload.studies.extremes.measuring import Outcome
 from steadyload.studies.extremes.sweeps import ExtremeCell, ExtremeSweep, sweeps
 
@@ -85,6 +86,7 @@ class Found:
 
     ``envelope`` and ``rests``: what was held at each frequency at the label's thresholds and at
     those of rest; ``from_here_on`` and ``at_rest``: at that frequency and all higher ones.
+    ``loads``: what moved and scaled loads show; None where none was judged.
     ``timeout``: of a cell [s]; ``made_by``: provenance of the measurement.
     """
 
@@ -95,6 +97,7 @@ class Found:
     at_rest: Sequence[EnvelopeRow]
     timeout: float
     made_by: Mapping[str, Any]
+    loads: Loads | None
 
     titles: ClassVar[Mapping[Outcome, str]] = _TITLES
     tall: ClassVar[int] = 10
@@ -175,7 +178,12 @@ class Found:
         return {what: list(frequencies) for what, frequencies in at.items()}
 
 
-def summarise(cells: Sequence[ExtremeCell], timeout: float, made_by: Mapping[str, Any]) -> Found:
+def summarise(
+    cells: Sequence[ExtremeCell],
+    timeout: float,
+    made_by: Mapping[str, Any],
+    loads: Loads | None = None,
+) -> Found:
     """The results that the page shows; sweeps without cells are left out."""
     rows, strict = envelope_rows(cells), envelope_rows(cells, frozenset({Outcome.CLOSE}))
     by_sweep: dict[str, list[ExtremeCell]] = {}
@@ -186,7 +194,8 @@ def summarise(cells: Sequence[ExtremeCell], timeout: float, made_by: Mapping[str
         for name, sweep in sweeps().items()
         if (own := by_sweep.get(name))
     ]
-    return Found(swept, rows, strict, from_here_on(rows), from_here_on(strict), timeout, made_by)
+    held = from_here_on(rows), from_here_on(strict)
+    return Found(swept, rows, strict, *held, timeout, made_by, loads)
 
 
 def _largest(cells: Sequence[ExtremeCell]) -> list[Largest]:

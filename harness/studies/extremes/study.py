@@ -18,7 +18,7 @@ class Extremes(Study["Found"]):
 
     question = "Where does every engine stop being right?"
     about = "take engines to where they stop being right; their operating envelope"
-    pages = (PublishedPage("extremes", "--write-envelope"),)
+    pages = (PublishedPage("extremes", "--write-envelope --loads 100"),)
 
     engines: tuple[str, ...] = option(
         (), "only this; may be repeated", names=("--engine",), metavar="NAME"
@@ -38,6 +38,11 @@ class Extremes(Study["Found"]):
         "frequencies only",
     )  # fmt: skip
 
+    loads: int = option(
+        0, "cases a scenario of the set of many lists that are moved and scaled, on engines of "
+        "three dimensions and fixed steps (default: 0, none)", least=0, metavar="N",
+    )  # fmt: skip
+
     def __post_init__(self) -> None:
         if self.write_envelope and (self.sweeps or self.frequencies):
             raise ConfigError("--write-envelope is of all sweeps and frequencies; leave these out")
@@ -45,6 +50,7 @@ class Extremes(Study["Found"]):
     def run(self, lab: Lab) -> Found:
         """The outcomes of all cells, and the limits that each engine holds."""
         from steadyload.runs.provenance import provenance
+        from steadyload.studies.extremes.loads import loads_moved_and_scaled
         from steadyload.studies.extremes.running import run_extremes
         from steadyload.studies.extremes.showing import summarise
         from steadyload.studies.extremes.sweeps import FREQUENCIES, TIMEOUT
@@ -60,7 +66,8 @@ class Extremes(Study["Found"]):
             workers=lab.workers,
             progress=lambda *of: lab.progress("measuring", *of),
         )
-        return summarise(cells, timeout, made_by)
+        loads = loads_moved_and_scaled(lab, self.engines, self.loads) if self.loads else None
+        return summarise(cells, timeout, made_by, loads)
 
     def beside(self, found: Found, folder: Path) -> None:
         """The file of envelopes, where that is asked for; it lies in the package."""

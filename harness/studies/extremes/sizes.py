@@ -10,10 +10,8 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 from steadyload.engines.world import Box, FixedStepWorld, Poses, WorldSettings
-from steadyload.progress import NamedProgress, silent
 from steadyload.properties import closed_forms as measuring
 from steadyload.properties.closed_form_tests import (
     ClosedFormResult,
@@ -22,9 +20,8 @@ from steadyload.properties.closed_form_tests import (
     result_of,
 )
 from steadyload.properties.closed_forms import Stage
-from steadyload.runs.asked import Asked, asked, kept_rows
-from steadyload.runs.pool import Executor
 from steadyload.runs.provenance import made_on
+from steadyload.studies.kit import Asked, Lab, asked
 
 EDGES = (0.1, 1.0, 10.0)
 """Edge of the cubes of a test [m]; at the first one a test is that of the closed forms."""
@@ -92,22 +89,14 @@ def _tests() -> dict[str, ClosedFormTest]:
 
 
 def closed_forms_by_size(
-    engines: Sequence[str],
-    work: Path,
-    *,
-    workers: int | Executor = 1,
-    progress: NamedProgress = silent,
+    lab: Lab, engines: Sequence[str], folder: str
 ) -> dict[tuple[str, str, float], ClosedFormResult]:
     """Results by test, engine and edge; measured where they are missing.
 
     Args:
+        lab: where it runs.
         engines: names.
-        work: folder of the shards.
-        workers: see :func:`steadyload.runs.store.Store.complete`.
-        progress: called with what is done, tests done and tests in all.
-
-    Raises:
-        ResultsError: another run is at work in the folder.
+        folder: of the kept rows, in the work folder.
     """
     units = [
         SizeUnit(test, engine, edge, made_on(engine))
@@ -115,13 +104,7 @@ def closed_forms_by_size(
         for engine in engines
         for edge in EDGES
     ]
-    found = kept_rows(
-        work / "sizes",
-        units,
-        ClosedFormResult,
-        workers=workers,
-        progress=lambda *of: progress("sizes", *of),
-    )
+    found = lab.measure(units, ClosedFormResult, folder=folder, parallel=True)
     return {
         (unit.test, unit.engine, unit.edge): result
         for unit, result in zip(units, found.rows, strict=True)

@@ -1,1 +1,0 @@
-"""Cost of single precision in verdicts, told apart from the cost of a contact model."""
