@@ -77,7 +77,7 @@ lock: $(READY) ## lock what is installed anew (see docs/installing.md)
 PALLETS ?= $(wildcard ../shared/data/pallets/pallets.json)
 
 bench: $(READY) ## measure what a judgement costs (minutes); PALLETS=FILE for other layouts
-	$(BIN)/steadyload bench $(if $(PALLETS),--layouts $(PALLETS)) --output runs/bench
+	$(BIN)/steadyload study speed $(if $(PALLETS),--layouts $(PALLETS))
 
 benchmark: $(READY) ## remake the labelled set (hours) and its page; goes on where it was
 	test -e runs/benchmark/manifest.json || $(BIN)/steadyload benchmark build -o runs/benchmark

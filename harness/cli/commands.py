@@ -146,7 +146,7 @@ RENAMED: Mapping[str, str] = {
     "session": "study session",
     "bench": "study speed",
     "compare-engines": "study engines",
-    "precision": "study precision",
+    "precision": "study extremes",
     "scope": "study scope",
     "verify closed-forms": "study closed-forms",
     "verify convergence": "study convergence",

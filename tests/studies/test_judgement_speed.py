@@ -50,7 +50,8 @@ def test_what_is_measured_is_kept_printed_and_shown_again(
 ):
     monkeypatch.setattr(running, "QUICK", TINY)
     out = layout_file.parent / "out"
-    words = ["bench", "--quick", "-m", SPECS[0], "-m", SPECS[1], "--layouts", str(layout_file)]
+    words = ["study", "speed", "--quick", "--layouts", str(layout_file)]
+    words += ["-m", SPECS[0], "-m", SPECS[1]]
     assert main([*words, "-o", str(out), "--json"]) == 0
     printed = strictly(capsys.readouterr().out)
     kept = (out / FILE).read_bytes()
@@ -71,7 +72,7 @@ def test_what_is_measured_is_kept_printed_and_shown_again(
     assert [(p.items, p.judge.n) for p in on_piles] == [(10, 2), (20, 2)]
 
     monkeypatch.setattr(running, "run_speed", None)  # the last page measures nothing
-    assert main(["bench", "--last", "-o", str(out)]) == 0
+    assert main(["study", "speed", "--last", "-o", str(out)]) == 0
     assert capsys.readouterr().out == f"{out / 'report.md'}\n"
     assert (out / FILE).read_bytes() == kept
     assert_drawn(*(out / "figures").glob("growth.*.svg"))

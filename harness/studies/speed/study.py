@@ -22,8 +22,6 @@ class Speed(Study["Found"]):
 
     question = "What does a judgement cost, and how does that grow with the number of items?"
     about = "measure what judgements cost"
-    command_words = "bench"
-    work = Path("runs/bench")
     resumable = False
     workers = None
     pages = (PublishedPage("speed", "--last --layouts ../shared/data/pallets/pallets.json"),)
