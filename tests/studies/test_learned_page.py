@@ -218,7 +218,7 @@ def test_bars_are_met_or_missed():
     told = said(WHOLE, "Shifted centres of mass")
     assert "plain 25.0; support 12.0; turned 23.0" in told
     assert "At least 8 points above plain on S2b: support." in told
-    assert "- turned: 2.0 [0.0, 4.0] points on S2b, not told apart." in told
+    assert "- turned: 2.0 [0.0, 4.0] points on S2b, not significantly different." in told
 
 
 def test_validation_is_said_to_have_been_looked_at():

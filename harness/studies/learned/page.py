@@ -43,7 +43,7 @@ def learned_page(learned: Learned, manifest: Mapping[str, str]) -> Page:
     ]
     return Page(
         "Learned judges",
-        f"{_answer(learned)}Learned judges are asked part `{learned.part}` of the labelled set: "
+        f"{_answer(learned)}Learned judges judge part `{learned.part}` of the labelled set: "
         f"{learned.cases} cases ({names(learned.scenarios)}), packed from "
         f"{learned.item_lists} item lists. {_kept_apart(learned)}"
         "*Accuracy* is the share of cases on which a judge names the label's failing step; "

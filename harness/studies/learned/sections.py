@@ -63,8 +63,8 @@ def size(trainings: Sequence[SizeCurve]) -> Section:
 
 
 _SEEDS_EXPLAINED = (
-    "Accuracies are means over the seeds of a training, and their intervals tell how far other "
-    "item lists to be judged would move them; *seeds* tells the least and the greatest accuracy of "
+    "Accuracies are means over the seeds of a training, and their intervals show how far other "
+    "item lists to be judged would move them; *seeds* are the least and the greatest accuracy of "
     "a seed, and how many there are."
 )
 
@@ -93,7 +93,7 @@ def sources(rows: Sequence[TrainedRow], agreement: Mapping[str, Estimate]) -> Se
     return Section(
         "Label source",
         "\n".join(_held(row, ALL) for row in rows if row.difference is not None)
-        + f"\n\nAll are held against {rows[0].title}. *Then*: training went on from the weights "
+        + f"\n\nAll are compared with {rows[0].title}. *Then*: training went on from the weights "
         f"that the labels before it had made. {_SEEDS_EXPLAINED}",
         tables,
     )
@@ -119,7 +119,7 @@ def remedies(rows: Sequence[TrainedRow]) -> Section:
     said.append(
         "*Symmetry*: a training draws one of the pallet's 8 turns and mirrors for every layout. "
         "*Attention*: at every step the network looks back at the items placed by then. *Support "
-        "features*: it is told how an item, and all that carries it, stands on what is below. "
+        "features*: they say how an item, and all that carries it, stands on what is below. "
         f"{_SEEDS_EXPLAINED}"
     )
     return Section(
@@ -176,7 +176,7 @@ def _held(row: TrainedRow, part: str) -> str:
     """Difference of a training to the one that it is compared with, as a line."""
     assert row.difference is not None
     found = row.difference[part]
-    told = "" if found.low > 0.0 or found.high < 0.0 else ", not told apart"
+    told = "" if found.low > 0.0 or found.high < 0.0 else ", not significantly different"
     where = "" if part == ALL else f" on {part}"
     return f"- {row.title}: {percent(found)} points{where}{told}."
 
@@ -189,7 +189,7 @@ def _rows(rows: Sequence[TrainedRow], *, means: bool = False, caption: str = "")
         for group in rows[0].accuracy
         for column in (
             *columns_for((group,), "{} %", "accuracy", percent),
-            *columns_for((group,), "seeds", "seeds", _spread),
+            *columns_for((group,), "{} seeds", "seeds", _spread),
         )
     ]
     columns = [

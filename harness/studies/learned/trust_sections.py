@@ -105,7 +105,7 @@ def foreign(found: Foreign) -> Section:
         "outside of what was trained on: a network gives a number there, too, and nothing says "
         "what it is worth. It is not scaled to the trained sizes, since a label's threshold is "
         "10 cm on a pallet of any size. These layouts have no label; how often other methods that "
-        "learnt nothing agree with one another tells what agreement to expect.",
+        "learnt nothing agree with one another shows what agreement to expect.",
         tables,
     )
 
