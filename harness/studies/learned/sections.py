@@ -184,19 +184,15 @@ def _held(row: TrainedRow, part: str) -> str:
 def _rows(rows: Sequence[TrainedRow], *, means: bool = False, caption: str = "") -> Table:
     """Table of trainings; ``means`` adds columns of the settings by which they differ."""
     about = ("features", "network", "symmetries") if means else ("labels",)
-    accuracies = [
-        column
-        for group in rows[0].accuracy
-        for column in (
-            *columns_for((group,), "{} %", "accuracy", percent),
-            *columns_for((group,), "{} seeds", "seeds", _spread),
-        )
-    ]
+    groups = rows[0].accuracy
     columns = [
         words("training", "title"),
         *map(words, about),
-        _N,
-        *accuracies,
+        *([] if means else [_N]),
+        *columns_for(groups, "{} %", "accuracy", percent),
+        Column("all seeds", lambda row: row.seeds[ALL], _spread, notable=True),
+        *columns_for([g for g in groups if g != ALL], "{} seeds", "seeds", _spread),
+        *([_N] if means else []),
         Column("cases"),
         Column("item lists", "item_lists"),
     ]
