@@ -17,6 +17,7 @@ from steadyload.reports.table import (
     compact,
     counts,
     decimal,
+    duration,
     factor,
     fixed,
     general,
@@ -30,9 +31,9 @@ from steadyload.reports.table import (
 )
 
 __all__ = [
-    "cell", "column", "compact", "counts", "decimal", "factor", "fixed", "general", "markdown",
-    "milliseconds", "names", "p_value", "percent", "plain_percent", "row", "significant", "table",
-    "yes_no",
+    "cell", "column", "compact", "counts", "decimal", "duration", "factor", "fixed", "general",
+    "markdown", "milliseconds", "names", "p_value", "percent", "plain_percent", "row",
+    "significant", "table", "yes_no",
 ]  # fmt: skip
 
 Row = TypeVar("Row")

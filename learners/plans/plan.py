@@ -11,8 +11,8 @@ from steadyload.config import option
 from steadyload.layouts.benchmark import UNLEARNT, Part
 from steadyload.learners import LearnerError
 from steadyload.learners.generation import GenerationOptions
-from steadyload.learners.jobs import BENCHMARK
 from steadyload.learners.options import options_from, training_preset
+from steadyload.learners.sequences import BENCHMARK
 
 
 class Section(StrEnum):

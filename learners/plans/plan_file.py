@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 from steadyload.config import bind
 from steadyload.errors import nearest
 from steadyload.escaping import shown
-from steadyload.layouts.benchmark import UNLEARNT
 from steadyload.learners import LearnerError
 from steadyload.learners.jobs import BENCHMARK
 from steadyload.learners.plans.plan import Plan, Section
@@ -40,16 +38,6 @@ def load_plan(path: Path | None = None) -> Plan:
 def _named(name: str, table: object) -> object:
     """The table of a training, which has its name for a title unless it states one."""
     return {"title": name, "name": name, **table} if isinstance(table, dict) else table
-
-
-def check_part(part: Any) -> None:
-    """Check that a part of the labelled set is one on which nothing is trained.
-
-    Raises:
-        LearnerError: it is not.
-    """
-    if part not in UNLEARNT:
-        raise LearnerError(f"part is {shown(part)}; {nearest(str(part), UNLEARNT)}")
 
 
 def _check_names(plan: Plan) -> None:

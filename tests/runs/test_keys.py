@@ -39,10 +39,10 @@ from steadyload.runs.verdict_reliability import Sampling
 from steadyload.studies.closed_forms.measuring import ClosedFormUnit
 from steadyload.studies.engines.speed import SpeedUnit, ThroughputUnit
 from steadyload.studies.extremes.running import CellUnit
-from steadyload.studies.extremes.sizes import SizeUnit
-from steadyload.studies.learned import judged
-from steadyload.studies.learned.batches import BatchUnit
-from steadyload.studies.learned.judged import JudgedPart
+from steadyload.studies.learned import trained
+from steadyload.studies.learned.table import BatchUnit
+from steadyload.studies.learned.trained import JudgedPart
+from steadyload.studies.precision.sizes import SizeUnit
 from steadyload.studies.properties import testing as properties
 from steadyload.studies.replication import networks
 from steadyload.studies.replication.splits import SplitKind
@@ -504,6 +504,6 @@ def test_what_weights_say_is_kept_by_training_and_cases(tmp_path, monkeypatch):
     keys = {part._key(one), part._key(other), less._key(one)}
     for name in ("VERSION", "FEATURES", "INFERENCE"):
         with monkeypatch.context() as changed:
-            changed.setattr(judged, name, altered(getattr(judged, name)))
+            changed.setattr(trained, name, altered(getattr(trained, name)))
             keys.add(part._key(one))
     assert len(keys) == 6

@@ -22,8 +22,9 @@ from steadyload.learners.plans.plan_file import load_plan
 from steadyload.learners.plans.trainings import Workshop
 from steadyload.learners.weights import load_weights
 from steadyload.methods.registry import make_method
-from steadyload.studies.learned.page import learned_page
-from steadyload.studies.learned.study import learner_study
+from steadyload.studies.kit import Lab
+from steadyload.studies.learned.comparing import compare
+from steadyload.studies.learned.study import LearnedStudy
 
 ROOT = Path(__file__).parents[2]
 LIMIT = 12
@@ -141,7 +142,7 @@ def foreign(folder):
 
 @pytest.fixture(scope="module")
 def learned(plan, folder, foreign):
-    return learner_study(plan, folder / "work", limit=LIMIT, foreign=[foreign], workers=0)
+    return compare(Lab(folder / "work", workers=0), plan, limit=LIMIT, foreign=[foreign])
 
 
 @pytest.fixture(scope="module")
@@ -173,7 +174,7 @@ def test_accuracies_are_those_counted_by_hand(learned, workshop, cases):
         for run in workshop.runs("small")
     ])  # fmt: skip
     assert 0.2 < found.mean() < 1.0
-    assert row.seeds["all"] == pytest.approx(found.mean(axis=1))
+    assert row.all_seeds == pytest.approx(found.mean(axis=1))
     assert row.accuracy["all"].value == pytest.approx(found.mean())
     assert row.accuracy["all"].n == 3 * LIMIT == learned.cases
     for scenario in ("S1", "S2a", "S2b"):
@@ -187,28 +188,27 @@ def test_accuracies_are_those_counted_by_hand(learned, workshop, cases):
 
 def test_the_table_tells_every_method_alike(learned, workshop, cases):
     table = learned.table
-    rule, shipped, own = table.rows["all"]
+    rule, shipped, own = (each.found for each in table.groups["all"])
     by_rule, by_shipped = rights("sme", cases), rights("lstm_1", cases)
     assert rule.accuracy.value == pytest.approx(by_rule.mean())
     assert rule.ahead.value == pytest.approx((1.0 * by_shipped - by_rule).mean())
     s2b = (cases[0]["scenario"] == "S2b").to_numpy()
-    assert table.rows["S2b"][1].accuracy.value == pytest.approx(by_shipped[s2b].mean())
+    assert table.groups["S2b"][1].found.accuracy.value == pytest.approx(by_shipped[s2b].mean())
     assert shipped.ahead is None
     assert table.held == shipped.method
     assert table.held.title == "LSTM_1"
-    assert set(table.paper) == {"sme", "lstm_1"}
     printed = {"S1": 0.9733, "S2a": 0.76, "S2b": 0.7167, "all": 0.8167}
-    assert table.paper["lstm_1"].accuracy == pytest.approx(printed)
-    assert table.paper["lstm_1"].runtime["all"] == 3.67
+    assert {group: own.paper for group, own in table.own.items()} == pytest.approx(printed)
+    assert [each.paper_wall_ms for each in table.timed] == [0.18, 3.67, None]
     assert own.method.title == "small, seed 0"
     for row in (rule, shipped):
         wrong = row.over.value + row.under.value
         assert wrong == pytest.approx(1.0 - row.accuracy.value)
         assert row.cpu.n == 9
-    assert [sorted(found) for found in table.batched.values()] == [[2, 8], [2, 8]]
-    assert list(table.batched) == [shipped.method.spec, own.method.spec]
-    assert table.timed == [rule, shipped, own]
-    assert all(row.cpu.value > 0.0 and row.cpu.n == 9 for row in table.timed)
+    assert [list(each.rates) for each in table.timed] == [[], [2, 8], [2, 8]]
+    assert [each.found for each in table.timed] == [rule, shipped, own]
+    for each in table.timed[1:]:
+        assert each.rate == each.rates[each.best_batch]
 
 
 def test_label_sources_are_told_apart(learned, workshop):
@@ -221,7 +221,9 @@ def test_label_sources_are_told_apart(learned, workshop):
     assert len(both) == len(one) == len(two)  # the same layouts, in the same scenarios
     same = (both["failing_step_x"].fillna(-1) == both["failing_step_y"].fillna(-1)).mean()
     assert 0.0 < same < 1.0
-    assert learned.agreement["pbs:alpha=0.5"].value == pytest.approx(same)
+    assert {one.what: one.share.value for one in learned.agreement} == {
+        "pbs:alpha=0.5": pytest.approx(same)
+    }
     assert learned.sources[0].cases == len(one)
 
 
@@ -229,32 +231,32 @@ def test_sizes_and_the_leak_are_what_was_asked(learned, workshop):
     fewer, small = learned.size[0].rows
     assert (fewer.item_lists, small.item_lists > 5) == (5, True)
     assert fewer.cases < small.cases == 180
-    [leak] = learned.leak
+    [[honest, leaky]] = learned.leaks
     manifest = load_weights(workshop.runs("leaky")[0].weights).manifest
     assert manifest["leaky"]
     assert "--leaky" in manifest["command"]
-    assert (leak.honest.cases, leak.leaky.cases) == (180, 180)
+    assert (honest.cases, leaky.cases) == (180, 180)
     assert not load_weights(workshop.runs("small")[0].weights).manifest["leaky"]
 
 
 def test_foreign_layouts_are_refused_for_what_is_outside(learned):
     [row] = learned.foreign.rows
     assert row.refused.value == pytest.approx(1 / 3)
-    assert ("longest side", 1) in [reason[:2] for reason in row.reasons]
+    assert ("longest side", 1) in [(one.quantity, one.layouts) for one in row.reasons]
     assert learned.foreign.layouts == 3
     # Only the first three items of the long row are judged: all stand on the floor.
-    said = learned.foreign.others["SME"]
+    said = learned.foreign.others[0].share
     large, inside = container("large", 3, 8.0), container("inside", 3, 1.0)
     stable = [make_method("sme").judge(lay).stable for lay in (inside, large)]
     assert said.value == pytest.approx((sum(stable) + 1) / 3)
-    assert row.inside["SME"].n == 2
+    assert row.inside["SME"].n == row.accepted == 2
     assert row.agreement["SME"].n == 3
 
 
 def test_calibration_is_that_of_the_judge_itself(learned, cases):
-    shipped = learned.calibration[0]
+    of_scores, shipped = learned.calibrated[1], learned.abstaining[0]
     found = rights("lstm_1", cases)
-    assert shipped.abstention.every.value == pytest.approx(found.mean())
+    assert shipped.every.value == pytest.approx(found.mean())
     # Every layout by itself, without batches: sure is what its score is given.
     judge, squares = make_method("lstm_1"), []
     for layout, right in zip(cases[1], found, strict=True):
@@ -264,7 +266,7 @@ def test_calibration_is_that_of_the_judge_itself(learned, cases):
             if p > 0.5:
                 break
         squares.append((sure - right) ** 2)
-    assert shipped.layouts.brier.value == pytest.approx(np.mean(squares), abs=1e-5)
+    assert of_scores.brier.value == pytest.approx(np.mean(squares), abs=1e-5)
 
 
 def test_again_nothing_is_made_and_the_page_is_the_same(learned, plan, folder, foreign):
@@ -273,7 +275,7 @@ def test_again_nothing_is_made_and_the_page_is_the_same(learned, plan, folder, f
                 and p.name != ".lock"}  # fmt: skip
 
     before = stamps()
-    again = learner_study(plan, folder / "work", limit=LIMIT, foreign=[foreign], workers=0)
+    again = compare(Lab(folder / "work", workers=0), plan, limit=LIMIT, foreign=[foreign])
     assert stamps() == before
     assert again == learned
 
@@ -283,7 +285,7 @@ def test_what_weights_say_is_kept_without_them(learned, plan, folder, foreign, t
     assert [path.name[:8] for path in (work / "trainings").iterdir()] == ["small-0-"]
     (work / "checkpoints").rename(aside)
     try:
-        again = learner_study(plan, work, limit=LIMIT, foreign=[foreign], workers=0)
+        again = compare(Lab(work, workers=0), plan, limit=LIMIT, foreign=[foreign])
         assert again == learned
         assert not (work / "checkpoints").exists()
     finally:
@@ -356,7 +358,7 @@ def test_only_what_was_asked_is_made_and_shown(tmp_path, capsys, learned, in_thi
     made = load_weights(training / "weights").manifest
     assert str(made["made_by"]["git"]) in text
     assert made["command"] in text
-    assert len(learned_page(learned, {}).sections) == 8
+    assert len(LearnedStudy().page(learned).sections) == 8
 
 
 @pytest.mark.parametrize(
@@ -392,17 +394,17 @@ def test_sections_that_cannot_be(plan, tmp_path):
     less = load_plan()
     assert less.sections() == list(Section)
     with pytest.raises(LearnerError, match="needs files of layouts: --foreign FILE"):
-        learner_study(plan, tmp_path, only=[Section.FOREIGN], workers=0)
+        compare(Lab(tmp_path), plan, only=[Section.FOREIGN])
     file = tmp_path / "plan.toml"
     file.write_text(PLAN[: PLAN.index("[sources]")])
     with pytest.raises(LearnerError, match="section 'leak' is not planned"):
-        learner_study(load_plan(file), tmp_path, only=[Section.LEAK], workers=0)
+        compare(Lab(tmp_path), load_plan(file), only=[Section.LEAK])
     assert main(["learned", "--only", "tabel"]) == 2
 
 
 def test_a_file_that_is_not_there_is_told_before_anything_is_trained(plan, tmp_path):
     with pytest.raises(LearnerError, match=r"none\.json: no such file of layouts"):
-        learner_study(plan, tmp_path / "work", foreign=[tmp_path / "none.json"], workers=0)
+        compare(Lab(tmp_path / "work"), plan, foreign=[tmp_path / "none.json"])
     assert not (tmp_path / "work").exists()
 
 

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from functools import partial
+from itertools import combinations
+from operator import attrgetter
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -15,73 +18,90 @@ from steadyload.learners.plans.plan import ForeignPlan
 from steadyload.learners.ranges import QUANTITIES, SLACK, extent_of
 from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.registry import make_method
-from steadyload.progress import Progress, silent
+from steadyload.reports.columns import column, percent, row
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.results import load_results
 from steadyload.runs.runner import run_study
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import agreement, outcomes, share
+from steadyload.studies.kit import Lab
 
 _ACCEPT = "outside=accept"
-_SHARD_SIZE = 60
 
 
-@dataclass(frozen=True, slots=True)
-class ForeignRow:
-    """A learned method on layouts of another kind.
+@row
+class Share:
+    """A share under a name, which the header of its table says."""
 
-    Attributes:
-        method: the method, which refuses layouts outside of its training range.
-        refused: share of layouts that it refuses.
-        reasons: layouts by the quantity that is outside, with the training range and the range of
-            these layouts; a layout may have several.
-        agreement: by other method, share of equal failing steps with refusals switched off.
-        inside: the same, on the layouts that it does not refuse.
-        stable: share of all layouts that it judges to be stable, with refusals switched off.
-    """
-
-    method: MethodKey
-    refused: Estimate
-    reasons: tuple[tuple[str, int, tuple[float, float], tuple[float, float]], ...]
-    agreement: Mapping[str, Estimate]
-    inside: Mapping[str, Estimate]
-    stable: Estimate
+    what: str = column()
+    share: Estimate = column("%", percent)
 
 
-@dataclass(frozen=True, slots=True)
+class Ends(NamedTuple):
+    """The least and the greatest value of a quantity."""
+
+    least: float
+    greatest: float
+
+    def __str__(self) -> str:
+        return f"{self.least:g} to {self.greatest:g}"
+
+
+@row
+class Reason:
+    """A quantity that is outside of the training range; a layout may have several."""
+
+    judge: str = column()
+    quantity: str = column("outside")
+    layouts: int = column()
+    trained: Ends = column("trained on")
+    here: Ends = column(about="of all layouts")
+
+
+@row
+class Judged:
+    """A learned method, which refuses layouts outside of its training range."""
+
+    method: MethodKey = column("judge", attrgetter("title"), left=True)
+    refused: Estimate = column("refused %", percent)
+    agreement: Mapping[str, Estimate] = column(
+        "as {} %", percent, "share of equal failing steps, with refusals switched off"
+    )
+    stable: Estimate = column("says stable %", percent, "likewise")
+    accepted: int = column("n", about="layouts that it does not refuse")
+    inside: Mapping[str, Estimate] = column("as {} %", percent, "share of equal steps on these")
+    reasons: Sequence[Reason]
+
+
+@row
 class Foreign:
-    """Learned methods on layouts of another kind.
+    """Layouts of another kind.
 
-    ``others``: share of layouts that other methods judge to be stable. ``among``: by pair of them,
-    share of equal failing steps.
+    ``others``: share of layouts that each other method judges to be stable. ``among``: by pair of
+    them, share of equal failing steps.
     """
 
     files: int
     layouts: int
     max_items: int
-    rows: tuple[ForeignRow, ...]
-    others: Mapping[str, Estimate]
-    among: Mapping[tuple[str, str], Estimate]
+    rows: Sequence[Judged]
+    others: Sequence[Share]
+    among: Sequence[Share]
+
+    @property
+    def reasons(self) -> list[Reason]:
+        """Those of all methods."""
+        return [reason for each in self.rows for reason in each.reasons]
 
 
-def foreign_layouts(
-    plan: ForeignPlan,
-    files: Sequence[Path],
-    folder: Path,
-    *,
-    limit: int | None = None,
-    workers: int,
-    progress: Progress = silent,
-) -> Foreign:
+def judge_foreign(lab: Lab, plan: ForeignPlan, files: Sequence[Path], limit: int | None) -> Foreign:
     """Share of layouts that learned methods refuse, and their agreement with other methods.
 
     Args:
+        lab: where it runs; an interrupted run is resumed.
         plan: the methods.
         files: of layouts.
-        folder: of the run; an interrupted run is resumed.
         limit: largest number of layouts; None for all.
-        workers: processes beside this one.
-        progress: called with rows done and rows in all.
 
     Raises:
         LayoutError: a file is invalid.
@@ -94,29 +114,24 @@ def foreign_layouts(
         files=tuple(file.resolve() for file in files),
         max_items=plan.max_items,
         limit=limit,
-        shard_size=_SHARD_SIZE,
+        shard_size=60,
     )
-    run_study(study, folder, workers=workers, progress=progress)
+    folder = lab.work / "foreign"
+    run_study(study, folder, workers=lab.workers, progress=partial(lab.progress, "foreign"))
     said = outcomes(load_results(folder))
-    counts = {layout.name: min(len(layout), plan.max_items) for layout in study.layouts()}
-    items = said.index.get_level_values("layout").map(counts).to_numpy()
-    by_name = {layout.name: layout.first(counts[layout.name]) for layout in study.layouts()}
+    by_name = {each.name: each.first(min(len(each), plan.max_items)) for each in study.layouts()}
     layouts = [by_name[name] for name in said.index.get_level_values("layout")]
-    others = [str(make_method(spec).spec) for spec in plan.others]
-    titles = {spec: method_key(make_method(spec)).title for spec in others}
+    others = [method_key(make_method(spec)) for spec in plan.others]
     return Foreign(
         files=len(study.files),
         layouts=len(layouts),
         max_items=plan.max_items,
-        rows=tuple(
-            _row(spec, accepting[spec], layouts, said, titles, items) for spec in plan.judges
-        ),
-        others={titles[spec]: _stable(said[spec], items) for spec in others},
-        among={
-            (titles[a], titles[b]): agreement(said, a, b)
-            for k, a in enumerate(others)
-            for b in others[k + 1 :]
-        },
+        rows=[_row(spec, said, accepting[spec], layouts, others) for spec in plan.judges],
+        others=[Share(one.title, _stable(said[one.spec], layouts)) for one in others],
+        among=[
+            Share(f"{one.title} and {other.title}", agreement(said, one.spec, other.spec))
+            for one, other in combinations(others, 2)
+        ],
     )
 
 
@@ -128,46 +143,42 @@ def _accepting(spec: str) -> str:
 
 def _row(
     spec: str,
+    said: pd.DataFrame,
     accepting: str,
     layouts: Sequence[Layout],
-    said: pd.DataFrame,
-    titles: dict[str, str],
-    items: np.ndarray,
-) -> ForeignRow:
+    others: Sequence[MethodKey],
+) -> Judged:
     judge = make_method(spec)
     assert isinstance(judge, LearnedMethod)
-    ranges = judge.weights.ranges.ranges
+    key, ranges = method_key(judge), judge.weights.ranges.ranges
     trained = np.array([ranges[name] for name in QUANTITIES])
     found = np.array([_extent(layout) for layout in layouts])
-    outside = (found[:, 0] < trained[:, 0] * (1.0 - SLACK)) | (
-        found[:, 1] > trained[:, 1] * (1.0 + SLACK)
-    )
+    below = found[:, 0] < trained[:, 0] * (1.0 - SLACK)
+    outside = below | (found[:, 1] > trained[:, 1] * (1.0 + SLACK))
     refused = outside.any(axis=1)
     reasons = [
-        (
-            name,
-            int(outside[:, k].sum()),
-            (float(trained[k, 0]), float(trained[k, 1])),
-            (float(found[:, 0, k].min()), float(found[:, 1, k].max())),
+        Reason(
+            key.title, name, int(outside[:, k].sum()), Ends(*trained[k]),
+            Ends(found[:, 0, k].min(), found[:, 1, k].max()),
         )
         for k, name in enumerate(QUANTITIES)
         if outside[:, k].any()
-    ]
-    return ForeignRow(
-        method=method_key(judge),
+    ]  # fmt: skip
+    return Judged(
+        method=key,
         refused=share(refused),
-        reasons=tuple(sorted(reasons, key=lambda reason: -reason[1])),
-        agreement={titles[o]: agreement(said, accepting, o) for o in titles},
-        inside={titles[o]: agreement(said[~refused], accepting, o) for o in titles},
-        stable=_stable(said[accepting], items),
+        agreement={one.title: agreement(said, accepting, one.spec) for one in others},
+        stable=_stable(said[accepting], layouts),
+        accepted=int((~refused).sum()),
+        inside={one.title: agreement(said[~refused], accepting, one.spec) for one in others},
+        reasons=sorted(reasons, key=lambda reason: -reason.layouts),
     )
 
 
 def _extent(layout: Layout) -> np.ndarray:
-    longest = max(layout.pallet.size)
     arrays = (layout.lower, layout.upper, layout.weights, layout.mass_offsets)
-    return extent_of(*arrays, layout.floor.corners, longest)
+    return extent_of(*arrays, layout.floor.corners, max(layout.pallet.size))
 
 
-def _stable(said: pd.Series, items: np.ndarray) -> Estimate:
-    return share(said.fillna(-1).astype(int).to_numpy() == items)
+def _stable(said: pd.Series, layouts: Sequence[Layout]) -> Estimate:
+    return share(said.fillna(-1).astype(int).to_numpy() == [len(layout) for layout in layouts])
