@@ -37,6 +37,26 @@ def names_the_label(
     return right
 
 
+def confidence(probabilities: Any, counts: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Probability that a learned method gives to its own score, (M,).
+
+    A step's probability is conditional on all steps before it being stable: labels end with the
+    first unstable one. So a score of k has p_k (1 - p_0) ... (1 - p_(k-1)), and a stable layout the
+    product of all 1 - p_j.
+
+    Args:
+        probabilities: that steps are unstable, (M, T); values after a layout's end are not used.
+        counts: items of every layout, (M,).
+    """
+    unstable = np.asarray(probabilities, dtype=float)
+    safe = items_safe(unstable, counts)
+    steps = np.arange(unstable.shape[1])
+    placed = np.where(steps < safe[:, None], 1.0 - unstable, 1.0).prod(axis=1)
+    last = unstable[np.arange(len(safe)), np.minimum(safe, unstable.shape[1] - 1)]
+    found: NDArray[np.float64] = placed * np.where(safe < counts, last, 1.0)
+    return found
+
+
 def accuracies(
     probabilities: Any, data: Sequences, threshold: float = THRESHOLD
 ) -> dict[str, float]:

@@ -7,6 +7,7 @@ the first method changes from block to block; and everything is repeated.
 
 from __future__ import annotations
 
+import dataclasses
 import logging
 import os
 import time
@@ -21,12 +22,13 @@ from numpy.typing import NDArray
 
 from steadyload.atomic import manifest_text, verified_manifest, write_atomically
 from steadyload.layouts.model.layout import Layout
-from steadyload.methods.contract.method import judge
+from steadyload.methods.contract.method import Method, judge
 from steadyload.methods.registry import make_method
 from steadyload.progress import Progress, silent
 from steadyload.reading import MAX_STORED_BYTES, content_of, json_of
 from steadyload.runs.asked import Asked, asked, measured
 from steadyload.runs.methods_here import method_named
+from steadyload.runs.provenance import made_by
 from steadyload.runs.store import JSON, Store, locked
 from steadyload.runs.units import MadeBy, made_now
 
@@ -34,6 +36,9 @@ VERSION = 1
 """Version of how times are taken: raised when their meaning changes."""
 
 _WHILE_JUDGING = "load of the machine"
+_BATCH = "batch"
+"""The parameter of a method that judges many layouts at once."""
+
 _log = logging.getLogger("steadyload")
 
 BLOCK = 50
@@ -193,3 +198,89 @@ def timed(
         for clock in ("cpu", "wall")
     )
     return Times(cpu, wall, None if None in loads else max(loads))
+
+
+class BatchUnit(
+    Asked[dict[str, Any]], question="times in batches", version=VERSION, prefix="times-"
+):
+    """The timing of methods that judge many layouts at once.
+
+    Attributes:
+        made_by: of each method that judges batches, by its spec.
+        layouts: that every method judges.
+        repeats: number of repetitions, all methods in turns.
+        batches: batch sizes.
+    """
+
+    made_by: Mapping[str, Mapping[str, str]] = asked("made by")
+    layouts: tuple[Layout, ...]
+    repeats: int
+    batches: tuple[int, ...]
+
+    def describe(self, part: int) -> str:
+        """Description of the unit for messages."""
+        return f"timing batches of {len(self.made_by)} methods on {len(self.layouts)} layouts"
+
+    def measure(self) -> dict[str, Any]:
+        """Medians of CPU and wall time of a layout [ms], by spec and batch size."""
+        most, layouts = max(map(len, self.layouts)), self.layouts
+        methods = {(spec, n): _at_once(spec, n) for spec in self.made_by for n in self.batches}
+        for method in methods.values():
+            method.prepare(most)
+            method.judge(layouts[0])
+        found: dict[tuple[str, int], list[tuple[float, float]]] = {each: [] for each in methods}
+        for _ in range(self.repeats):
+            for each, method in methods.items():
+                cpu, wall = taken(partial(method.judge_many, layouts))
+                found[each].append((cpu / len(layouts), wall / len(layouts)))
+        return {
+            spec: {str(n): np.median(found[spec, n], axis=0).tolist() for n in self.batches}
+            for spec in self.made_by
+        }
+
+
+def timed_batches(
+    methods: Sequence[str],
+    layouts: Sequence[Layout],
+    folder: Path,
+    *,
+    repeats: int,
+    batches: tuple[int, ...],
+    workers: int = 1,
+) -> dict[str, dict[int, tuple[float, float]]]:
+    """CPU and wall time a layout [ms] by method and batch size; kept, and not taken again.
+
+    Args:
+        methods: spec strings; those that judge one layout at a time are left out.
+        layouts: that every method judges.
+        folder: where times are kept; made when it does not exist.
+        repeats: number of repetitions, all methods in turns.
+        batches: batch sizes.
+        workers: see :func:`timed`.
+
+    Raises:
+        ResultsError: a method ended its process.
+    """
+    named = {spec: make_method(spec) for spec in methods}
+    able = {
+        spec: made_by(method)
+        for spec, method in named.items()
+        if _BATCH in {f.name for f in dataclasses.fields(method.parameters)}
+    }
+    if not (able and batches):
+        return {}
+    unit = BatchUnit(able, tuple(layouts), repeats, batches)
+    with locked(folder):
+        store = Store(folder, JSON)
+        store.complete([unit], measured, workers=min(workers, 1))
+        [times] = store.read(unit.key)
+    return {
+        spec: {int(size): (cpu, wall) for size, (cpu, wall) in sizes.items()}
+        for spec, sizes in times.items()
+    }
+
+
+def _at_once(spec: str, size: int) -> Method:
+    """The method with a batch size."""
+    plain = str(make_method(spec).spec)
+    return make_method(f"{plain}{',' if ':' in plain else ':'}{_BATCH}={size}")

@@ -16,7 +16,7 @@ from steadyload.learners.generation import (
     GenerationOptions,
     generate_labelled,
 )
-from steadyload.learners.scoring import accuracies, items_safe
+from steadyload.learners.scoring import accuracies, confidence, items_safe
 from steadyload.learners.sequences import HeldOut, geometry_of, joined, load_sequences
 from steadyload.methods.registry import make_method
 
@@ -83,6 +83,16 @@ def test_scores_are_compared_whole():
     assert items_safe(probabilities, data.counts).tolist() == data.safe.tolist()
     assert accuracies(probabilities, data) == {"all": 1.0, "S1": 1.0}
     assert accuracies(probabilities, data, threshold=0.8)["all"] == 0.5
+
+
+def test_the_confidence_in_a_score_follows_from_its_steps():
+    p = np.array([[0.2, 0.9, 0.7], [0.2, 0.1, 0.99], [0.6, 0.3, 0.2], [0.1, 0.2, 0.3]])
+    sure = confidence(p, np.array([3, 2, 3, 3]))
+    assert sure == pytest.approx([0.8 * 0.9, 0.8 * 0.9, 0.6, 0.9 * 0.8 * 0.7])
+    # The probabilities of all scores of a layout are a distribution.
+    every = [np.prod(1.0 - p[0, :k]) * (p[0, k] if k < 3 else 1.0) for k in range(4)]
+    assert sum(every) == pytest.approx(1.0)
+    assert every[1] == pytest.approx(sure[0])
 
 
 def test_nothing_of_validation_and_test_is_in_the_training_part(benchmark, held_out):

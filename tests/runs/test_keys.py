@@ -33,14 +33,13 @@ from steadyload.properties.registry import PROPERTIES
 from steadyload.runs import units
 from steadyload.runs.asked import Asked, AskedCases
 from steadyload.runs.definition import StudyDefinition
-from steadyload.runs.timing import Turn
+from steadyload.runs.timing import BatchUnit, Turn
 from steadyload.runs.units import study_units
 from steadyload.runs.verdict_reliability import Sampling
 from steadyload.studies.closed_forms.measuring import ClosedFormUnit
 from steadyload.studies.engines.speed import SpeedUnit, ThroughputUnit
 from steadyload.studies.extremes.running import CellUnit
 from steadyload.studies.learned import trained
-from steadyload.studies.learned.table import BatchUnit
 from steadyload.studies.learned.trained import JudgedPart
 from steadyload.studies.precision.sizes import SizeUnit
 from steadyload.studies.properties import testing as properties

@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
 from steadyload.methods.naming import MethodKey
@@ -15,7 +14,7 @@ from steadyload.studies.learned.foreign import Ends, Foreign, Reason, Share
 from steadyload.studies.learned.foreign import Judged as Refusing
 from steadyload.studies.learned.study import LearnedStudy
 from steadyload.studies.learned.table import Judged, Table, Timed
-from steadyload.studies.learned.trained import Provenance, Trained, confidence
+from steadyload.studies.learned.trained import Provenance, Trained
 from steadyload.studies.reliability import Abstaining, Bin, Calibrated, Risk
 
 GROUPS = ("all", "S1", "S2a", "S2b")
@@ -151,13 +150,3 @@ def test_a_page_shows_its_records(tmp_path):
     assert few.sections == []
     assert "accuracies are too high" in few.summary
     assert "Nothing of these" not in few.summary
-
-
-def test_the_confidence_in_a_score_follows_from_its_steps():
-    p = np.array([[0.2, 0.9, 0.7], [0.2, 0.1, 0.99], [0.6, 0.3, 0.2], [0.1, 0.2, 0.3]])
-    sure = confidence(p, np.array([3, 2, 3, 3]))
-    assert sure == pytest.approx([0.8 * 0.9, 0.8 * 0.9, 0.6, 0.9 * 0.8 * 0.7])
-    # The probabilities of all scores of a layout are a distribution.
-    every = [np.prod(1.0 - p[0, :k]) * (p[0, k] if k < 3 else 1.0) for k in range(4)]
-    assert sum(every) == pytest.approx(1.0)
-    assert every[1] == pytest.approx(sure[0])

@@ -4,38 +4,23 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping, Sequence
-from functools import partial
-from pathlib import Path
-from typing import Any
 
-import numpy as np
 import pandas as pd
 
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.benchmark.dataset import KEYS
-from steadyload.layouts.model.layout import Layout
 from steadyload.learners.plans.plan import Plan, TablePlan
 from steadyload.learners.plans.trainings import Workshop
 from steadyload.learners.shipping import method_for
-from steadyload.methods.contract.method import Method
 from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.registry import make_method
 from steadyload.reports.columns import column, fixed, general, plain_percent, row
-from steadyload.runs.asked import Asked, asked, measured
 from steadyload.runs.costs import timed_costs
 from steadyload.runs.evaluation import ALL, MethodEvaluation, evaluate
 from steadyload.runs.labels import Cases
 from steadyload.runs.paper import paper
-from steadyload.runs.provenance import made_by
-from steadyload.runs.store import JSON, Store, locked
-from steadyload.runs.timing import taken, timed
+from steadyload.runs.timing import timed, timed_batches
 from steadyload.studies.kit import Lab
-
-VERSION = 1
-"""Version of how times in batches are taken: raised when their meaning changes."""
-
-_BATCH = "batch"
-"""The parameter of a method that judges many layouts at once."""
 
 _RULE = "equilibrium:time=0.3"
 """A rule of the quantities that features of support hold, for comparison with what is learnt."""
@@ -122,7 +107,10 @@ def judge_table(lab: Lab, plan: Plan, workshop: Workshop, limit: int | None) -> 
         tuple(keys), layouts, folder / "times",
         repeats=table.repeats, block=len(layouts), workers=lab.workers,
     )  # fmt: skip
-    batches = _timed_batches(tuple(keys), layouts, folder, table, lab.workers)
+    batches = timed_batches(
+        tuple(keys), layouts, folder,
+        repeats=table.repeats, batches=table.batches, workers=lab.workers,
+    )  # fmt: skip
     evaluation = evaluate(judged, costs=timed_costs(times, timed_cases))
     # The paper's PS_opt has other parameters than ours, so that simulations have no column.
     printed = {spec: None if key.engine else paper().row_of(key) for spec, key in keys.items()}
@@ -164,71 +152,3 @@ def _key(name: str, table: TablePlan, workshop: Workshop) -> MethodKey:
     key = method_key(make_method(f"{method_for(run.training.members)}:weights={run.weights}"))
     # A family of its own, so that figures distinguish trainings.
     return dataclasses.replace(key, title=f"{run.training.title}, seed {run.seed}", family=name)
-
-
-class BatchUnit(
-    Asked[dict[str, Any]], question="times in batches", version=VERSION, prefix="times-"
-):
-    """The timing of methods that judge many layouts at once.
-
-    Attributes:
-        made_by: of each method that judges batches, by its spec.
-        layouts: that every method judges.
-        repeats: number of repetitions, all methods in turns.
-        batches: batch sizes.
-    """
-
-    made_by: Mapping[str, Mapping[str, str]] = asked("made by")
-    layouts: tuple[Layout, ...]
-    repeats: int
-    batches: tuple[int, ...]
-
-    def describe(self, part: int) -> str:
-        """Description of the unit for messages."""
-        return f"timing batches of {len(self.made_by)} methods on {len(self.layouts)} layouts"
-
-    def measure(self) -> dict[str, Any]:
-        """Medians of CPU and wall time of a layout [ms], by spec and batch size."""
-        most, layouts = max(map(len, self.layouts)), self.layouts
-        methods = {(spec, n): _at_once(spec, n) for spec in self.made_by for n in self.batches}
-        for method in methods.values():
-            method.prepare(most)
-            method.judge(layouts[0])
-        found: dict[tuple[str, int], list[tuple[float, float]]] = {each: [] for each in methods}
-        for _ in range(self.repeats):
-            for each, method in methods.items():
-                cpu, wall = taken(partial(method.judge_many, layouts))
-                found[each].append((cpu / len(layouts), wall / len(layouts)))
-        return {
-            spec: {str(n): np.median(found[spec, n], axis=0).tolist() for n in self.batches}
-            for spec in self.made_by
-        }
-
-
-def _timed_batches(
-    methods: Sequence[str], layouts: Sequence[Layout], folder: Path, table: TablePlan, workers: int
-) -> dict[str, dict[int, tuple[float, float]]]:
-    """CPU and wall time a layout [ms] by spec and batch size; kept, and not taken again."""
-    made = {spec: make_method(spec) for spec in methods}
-    able = {
-        spec: made_by(method)
-        for spec, method in made.items()
-        if _BATCH in {f.name for f in dataclasses.fields(method.parameters)}
-    }
-    if not (able and table.batches):
-        return {}
-    unit = BatchUnit(able, tuple(layouts), table.repeats, table.batches)
-    with locked(folder):
-        store = Store(folder, JSON)
-        store.complete([unit], measured, workers=min(workers, 1))
-        [times] = store.read(unit.key)
-    return {
-        spec: {int(size): (cpu, wall) for size, (cpu, wall) in sizes.items()}
-        for spec, sizes in times.items()
-    }
-
-
-def _at_once(spec: str, size: int) -> Method:
-    """The method with a batch size."""
-    plain = str(make_method(spec).spec)
-    return make_method(f"{plain}{',' if ':' in plain else ':'}{_BATCH}={size}")
