@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable, Mapping
 
 import numpy as np
+from numpy.typing import NDArray
 
 from steadyload.layouts.model.layout import Arrangement, FloatArray
 from steadyload.learners.compiled import compiled
@@ -161,6 +162,15 @@ class TrainedRanges:
         found = of_items[inside]
         quantity = int(np.argmax(~((least <= found) & (found <= most))))
         return self._sentence(f"item {inside}", 2 + quantity, float(found[quantity]))
+
+    def beyond(self, extents: FloatArray) -> NDArray[np.bool_]:
+        """Which quantities of M layouts lie outside, (M, quantities).
+
+        Args:
+            extents: :func:`extent_of` each layout, (M, 2, quantities).
+        """
+        found: NDArray[np.bool_] = extents[:, 0] < self._least
+        return found | (extents[:, 1] > self._most)
 
     def steps_inside(self, layout: Arrangement) -> int:
         """Number of first steps with nothing outside; all if :meth:`outside` is empty."""

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from steadyload.atomic import manifest_text, verified_manifest, write_atomically
 from steadyload.layouts.model.layout import Layout
-from steadyload.methods.contract.method import Method, judge
+from steadyload.methods.contract.method import judge
 from steadyload.methods.registry import make_method
 from steadyload.progress import Progress, silent
 from steadyload.reading import MAX_STORED_BYTES, content_of, json_of
@@ -224,7 +224,11 @@ class BatchUnit(
     def measure(self) -> dict[str, Any]:
         """Medians of CPU and wall time of a layout [ms], by spec and batch size."""
         most, layouts = max(map(len, self.layouts)), self.layouts
-        methods = {(spec, n): _at_once(spec, n) for spec in self.made_by for n in self.batches}
+        methods = {
+            (spec, n): make_method(str(make_method(spec).spec.stating(_BATCH, n)))
+            for spec in self.made_by
+            for n in self.batches
+        }
         for method in methods.values():
             method.prepare(most)
             method.judge(layouts[0])
@@ -278,9 +282,3 @@ def timed_batches(
         spec: {int(size): (cpu, wall) for size, (cpu, wall) in sizes.items()}
         for spec, sizes in times.items()
     }
-
-
-def _at_once(spec: str, size: int) -> Method:
-    """The method with a batch size."""
-    plain = str(make_method(spec).spec)
-    return make_method(f"{plain}{',' if ':' in plain else ':'}{_BATCH}={size}")

@@ -2,11 +2,12 @@
 
 import math
 
+import numpy as np
 import pytest
 
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.learners.features import FeatureKind
-from steadyload.learners.ranges import QUANTITIES, SLACK, TrainedRanges, quantities_of
+from steadyload.learners.ranges import QUANTITIES, SLACK, TrainedRanges, extent_of, quantities_of
 
 WIDE = {name: [0.0, 1e6] for name in QUANTITIES}
 
@@ -51,6 +52,16 @@ def test_a_quantity_outside_is_named_at_either_end(name):
     for ends in ([value * (1.0 + 0.9 * SLACK), 1e6], [0.0, value / (1.0 + 0.9 * SLACK)]):
         said = outside(**{name: ends}).outside(LAYOUT)
         assert not said.startswith(f"{of}: {name}"), "within the slack"
+
+
+def test_quantities_beyond_a_range_are_those_that_a_sentence_names():
+    arrays = (LAYOUT.lower, LAYOUT.upper, LAYOUT.weights, LAYOUT.mass_offsets)
+    extents = np.array([extent_of(*arrays, LAYOUT.floor.corners, max(LAYOUT.pallet.size))])
+    assert not outside().beyond(extents).any()
+    for k, name in enumerate(QUANTITIES):
+        for ends in ([1e6, 1e7], [-2.0, -1.0]):
+            found = outside(**{name: ends}).beyond(extents)
+            assert found.tolist() == [[other == k for other in range(len(QUANTITIES))]]
 
 
 def test_the_first_steps_inside_end_before_what_is_outside():

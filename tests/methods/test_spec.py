@@ -90,6 +90,12 @@ def test_parsing_knows_nothing_of_methods():
     assert str(parse_spec("anything@anywhere:a=1")) == "anything@anywhere:a=1"
 
 
+def test_a_parameter_is_stated_in_another_way():
+    stated = parse_spec("lstm_1@anywhere:outside=refuse,batch=2").stating("batch", 8)
+    assert str(stated) == "lstm_1@anywhere:outside=refuse,batch=8"
+    assert str(parse_spec("lstm_1").stating("outside", "accept")) == "lstm_1:outside=accept"
+
+
 def test_the_listing_explains_every_parameter():
     listing = {m.name: m for m in method_listing()}
     assert set(presets()) < set(listing)

@@ -26,8 +26,10 @@ from steadyload.layouts.benchmark import Part
 from steadyload.layouts.model.layout import Layout
 from steadyload.layouts.packing.packing import random_layouts
 from steadyload.learners.generation import GenerationOptions, ListUnit
+from steadyload.learners.plans import verdicts
 from steadyload.learners.plans.plan import Plan, PlannedTraining
 from steadyload.learners.plans.trainings import Workshop
+from steadyload.learners.plans.verdicts import JudgedPart
 from steadyload.properties.property import MethodUnderTest
 from steadyload.properties.registry import PROPERTIES
 from steadyload.runs import units
@@ -39,8 +41,6 @@ from steadyload.runs.verdict_reliability import Sampling
 from steadyload.studies.closed_forms.measuring import ClosedFormUnit
 from steadyload.studies.engines.speed import SpeedUnit, ThroughputUnit
 from steadyload.studies.extremes.running import CellUnit
-from steadyload.studies.learned import trained
-from steadyload.studies.learned.trained import JudgedPart
 from steadyload.studies.precision.sizes import SizeUnit
 from steadyload.studies.properties import testing as properties
 from steadyload.studies.replication import networks
@@ -503,6 +503,6 @@ def test_what_weights_say_is_kept_by_training_and_cases(tmp_path, monkeypatch):
     keys = {part._key(one), part._key(other), less._key(one)}
     for name in ("VERSION", "FEATURES", "INFERENCE"):
         with monkeypatch.context() as changed:
-            changed.setattr(trained, name, altered(getattr(trained, name)))
+            changed.setattr(verdicts, name, altered(getattr(verdicts, name)))
             keys.add(part._key(one))
     assert len(keys) == 6

@@ -9,12 +9,11 @@ from steadyload.reports.pages.writing import write_page
 from steadyload.runs.costs import CostKind, CostSource
 from steadyload.runs.evaluation import MethodEvaluation
 from steadyload.statistics.estimate import Estimate
-from steadyload.studies.learned.comparing import Curve, Found
-from steadyload.studies.learned.foreign import Ends, Foreign, Reason, Share
+from steadyload.studies.learned.comparing import Curve, Found, Provenance, Trained
+from steadyload.studies.learned.foreign import Agreeing, Foreign, Reason
 from steadyload.studies.learned.foreign import Judged as Refusing
 from steadyload.studies.learned.study import LearnedStudy
-from steadyload.studies.learned.table import Judged, Table, Timed
-from steadyload.studies.learned.trained import Provenance, Trained
+from steadyload.studies.learned.table import Judged, Table
 from steadyload.studies.reliability import Abstaining, Bin, Calibrated, Risk
 
 GROUPS = ("all", "S1", "S2a", "S2b")
@@ -33,7 +32,7 @@ def method(title, accuracy, spec="", ahead=None):
     key = MethodKey(title, spec or title.lower(), title.lower())
     return MethodEvaluation(
         key, accuracy=about(accuracy), over=about(0.03), under=about(0.02), ahead=ahead,
-        cpu=about(0.3, n=300), wall=about(0.35, n=300),
+        cpu=about(0.3, n=300), wall=about(0.35, n=300), fully_stable=about(0.8, n=40),
     )  # fmt: skip
 
 
@@ -45,17 +44,20 @@ def trained(title, accuracy, *, cases=900, difference=None):
     )  # fmt: skip
 
 
+def judged(found, paper=None, best=None):
+    rates = {best: 12500.0} if best else {}
+    return Judged(
+        found, paper, 5, paper and 26.44, 2857.1, best, rates.get(best), best and 16667.0, rates
+    )
+
+
 OWN = dict(zip(GROUPS, (0.85, 0.98, 0.79, 0.77), strict=True))
 PAPER = dict(zip(GROUPS, (0.836, 0.987, 0.78, 0.74), strict=True))
 RULE = method("SME", 0.8, ahead=about(0.05))
 COSTS = CostSource(CostKind.TIMED, 300, 3.0).explained()
 TABLE = Table(
     method("LSTM_e", 0.85).method,
-    {g: [Judged(RULE, None), Judged(method("LSTM_e", OWN[g]), PAPER[g])] for g in GROUPS},
-    [
-        Timed(RULE, 5, None, 2857.1, None, None, None, {}),
-        Timed(method("LSTM_e", 0.85), 5, 26.44, 2857.1, 64, 12500.0, 16667.0, {64: 12500.0}),
-    ],
+    {g: [judged(RULE), judged(method("LSTM_e", OWN[g]), PAPER[g], 64)] for g in GROUPS},
     COSTS,
 )
 PLAIN = trained("plain", (0.80, 0.95, 0.75, 0.70))
@@ -68,7 +70,7 @@ FOUND = Found(
     table=TABLE,
     size=[Curve("plain features", [PLAIN, FEW])],
     sources=[PLAIN, SUPPORT],
-    agreement=[Share("ps_opt@mujoco", about(0.93, n=1200))],
+    agreement=[Agreeing("ps_opt@mujoco", about(0.93, n=1200))],
     remedies=[PLAIN, SUPPORT, TURNED],
     calibrated=[Calibrated("lstm_e", BINS[0].kind, about(0.05, 0.01), about(0.021, 0.01), BINS)],
     abstaining=[
@@ -81,13 +83,13 @@ FOUND = Found(
         2, 40, 20,
         [
             Refusing(
-                TABLE.held, about(0.9, n=40), {"SME": about(0.55, n=40)}, about(0.5, n=40), 4,
+                TABLE.held, about(0.9, n=40), {"SME": about(0.55, n=40)}, RULE, 4,
                 {"SME": about(0.75, n=4)},
-                [Reason("LSTM_e", "weight", 31, Ends(0.5, 180.0), Ends(4.0, 1305.0))],
+                [Reason("LSTM_e", "weight", 31, (0.5, 180.0), (4.0, 1305.0))],
             )
         ],
-        [Share("SME", about(0.8, n=40))],
-        [Share("SME and FBS", about(0.6, n=40))],
+        [RULE],
+        [Agreeing("SME and FBS", about(0.6, n=40))],
     ),
     trainings=[
         Provenance("plain", [7], "0123456789ab", "feedbeef", 900, 30, [60], [41], 0.81, 75.0,
@@ -100,13 +102,11 @@ FOUND = Found(
 @pytest.mark.parametrize(("accuracy", "named"), [(0.85, True), (0.831, True), (0.82, False)])
 def test_a_rule_that_is_as_accurate_as_the_networks_is_named(accuracy, named):
     rule = method("Equilibrium", accuracy, "equilibrium:time=0.3")
-    groups = {**TABLE.groups, "all": [Judged(rule, None), TABLE.groups["all"][1]]}
+    groups = {**TABLE.groups, "all": [judged(rule), TABLE.groups["all"][1]]}
     assert replace(TABLE, groups=groups).rule == (rule if named else None)
 
 
 def test_records_name_what_stands_out():
-    assert FOUND.size[0].smallest == FEW
-    assert FOUND.size[0].largest == PLAIN
     assert FOUND.reached == ["support"]
     assert FOUND.drops == pytest.approx({"plain": 0.25, "support": 0.12, "turned": 0.23})
     assert [(one.scenario, one.title) for one in FOUND.by_scenario[:4]] == [

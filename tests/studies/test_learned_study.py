@@ -221,7 +221,7 @@ def test_label_sources_are_told_apart(learned, workshop):
     assert len(both) == len(one) == len(two)  # the same layouts, in the same scenarios
     same = (both["failing_step_x"].fillna(-1) == both["failing_step_y"].fillna(-1)).mean()
     assert 0.0 < same < 1.0
-    assert {one.what: one.share.value for one in learned.agreement} == {
+    assert {one.what: one.same.value for one in learned.agreement} == {
         "pbs:alpha=0.5": pytest.approx(same)
     }
     assert learned.sources[0].cases == len(one)
@@ -245,7 +245,7 @@ def test_foreign_layouts_are_refused_for_what_is_outside(learned):
     assert ("longest side", 1) in [(one.quantity, one.layouts) for one in row.reasons]
     assert learned.foreign.layouts == 3
     # Only the first three items of the long row are judged: all stand on the floor.
-    said = learned.foreign.others[0].share
+    said = learned.foreign.others[0].fully_stable
     large, inside = container("large", 3, 8.0), container("inside", 3, 1.0)
     stable = [make_method("sme").judge(lay).stable for lay in (inside, large)]
     assert said.value == pytest.approx((sum(stable) + 1) / 3)

@@ -68,6 +68,11 @@ class MethodSpec:
         values = ",".join(f"{key}={value}" for key, value in self.values)
         return f"{self.name}{engine}{':' if values else ''}{values}"
 
+    def stating(self, key: str, value: object) -> MethodSpec:
+        """The same method with one parameter stated in another way; it is not looked up yet."""
+        values = dict(self.values) | {key: str(value)}
+        return MethodSpec(self.name, self.engine, tuple(values.items()))
+
 
 def parse_spec(text: str) -> MethodSpec:
     """Split a spec string; names and values are not looked up yet.

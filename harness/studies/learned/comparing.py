@@ -1,4 +1,7 @@
-"""The study of learned methods: from a plan to the rows of its page. Shares are 0 to 1."""
+"""The study of learned methods: from a plan to the rows of its page.
+
+Shares are 0 to 1. In mappings by group the key :data:`ALL` means all cases together.
+"""
 
 from __future__ import annotations
 
@@ -6,25 +9,32 @@ import dataclasses
 from collections.abc import Collection, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from steadyload.errors import nearest
 from steadyload.layouts.benchmark import Part, load_benchmark
 from steadyload.layouts.benchmark.dataset import KEYS
 from steadyload.learners import LearnerError
 from steadyload.learners.plans.plan import Contrast, Plan, Section
-from steadyload.learners.plans.trainings import Workshop
+from steadyload.learners.plans.trainings import Run, Workshop
+from steadyload.learners.plans.verdicts import JudgedPart
+from steadyload.learners.scoring import confidence, names_the_label
 from steadyload.learners.sequences import BENCHMARK
-from steadyload.learners.weights import load_weights, shipped_weights
-from steadyload.reports.columns import row
+from steadyload.learners.weights import Weights, load_weights, shipped_weights
+from steadyload.reports.columns import cell, column, duration, names, percent, plain_percent, row
+from steadyload.runs.accuracy import accuracy_of_seeds
+from steadyload.runs.comparison import difference
+from steadyload.runs.evaluation import ALL
 from steadyload.runs.provenance import provenance_lines
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import share
+from steadyload.statistics.reliability import abstention, reliability
 from steadyload.studies.kit import Lab
-from steadyload.studies.learned.foreign import Foreign, Share, judge_foreign
+from steadyload.studies.learned.foreign import Agreeing, Foreign, judge_foreign
 from steadyload.studies.learned.table import Table, judge_table
-from steadyload.studies.learned.trained import JudgedPart, Provenance, Trained, provenance_row
-from steadyload.studies.reliability import Abstaining, Bin, Calibrated
+from steadyload.studies.reliability import Abstaining, Bin, Calibrated, abstaining, calibrated
 
 SHIFTED = "S2b"
 """The scenario whose centres of mass are shifted the most."""
@@ -33,21 +43,63 @@ GAIN = 0.08
 """Gain of accuracy that is the target of remedies there."""
 
 
+def _spread(seeds: Sequence[float]) -> str:
+    if len(seeds) < 2:
+        return cell(None)
+    return f"{100 * min(seeds):.1f} to {100 * max(seeds):.1f} ({len(seeds)})"
+
+
+def _listed(numbers: Sequence[int]) -> str:
+    return names(map(str, numbers))
+
+
+@row
+class Trained:
+    """Trainings that differ in their seed alone, on the cases that are judged."""
+
+    title: str = column("training")
+    features: str = column()
+    network: str = column()
+    symmetries: int = column(left=True, about="of the pallet, of 8, that are drawn from; 1 is none")
+    labels: str = column(about="their source")
+    cases: int = column(about="that were learnt from")
+    item_lists: int = column("item lists", about="of these")
+    accuracy: Mapping[str, Estimate] = column("{} %", percent, "mean of the seeds")
+    all_seeds: Sequence[float] = column("all seeds", _spread, "accuracy of each", notable=True)
+    seeds: Mapping[str, Sequence[float]] = column("{} seeds", _spread, "by scenario")
+    difference: Mapping[str, Estimate] | None = column(
+        "{}", percent, "its accuracy minus that of the training that it is compared with",
+        default=None,
+    )  # fmt: skip
+
+    @property
+    def n(self) -> int:
+        """Number of cases that are judged."""
+        return self.accuracy[ALL].n
+
+
+@row
+class Provenance:
+    """Where weights come from; a number a member where there are several."""
+
+    title: str = column("training")
+    seeds: Sequence[int] = column(form=_listed, left=True)
+    commit: str = column()
+    digest: str = column("weights")
+    cases: int = column()
+    item_lists: int | None = column("item lists", about="None where weights do not state it")
+    epochs: Sequence[int] = column(form=_listed)
+    best_epochs: Sequence[int] = column("best epoch", _listed)
+    validation: float = column("validation %", plain_percent, "accuracy on that part")
+    seconds: float = column("time", duration, "of all epochs")
+    command: str
+
+
 class Curve(NamedTuple):
     """Trainings that differ in the size of their training set."""
 
     title: str
     rows: Sequence[Trained]
-
-    @property
-    def smallest(self) -> Trained:
-        """The training with the fewest cases."""
-        return min(self.rows, key=lambda each: each.cases)
-
-    @property
-    def largest(self) -> Trained:
-        """The training with the most cases."""
-        return max(self.rows, key=lambda each: each.cases)
 
 
 class Scored(NamedTuple):
@@ -76,7 +128,7 @@ class Found:
     table: Table | None = None
     size: Sequence[Curve] = ()
     sources: Sequence[Trained] = ()
-    agreement: Sequence[Share] = ()
+    agreement: Sequence[Agreeing] = ()
     remedies: Sequence[Trained] = ()
     calibrated: Sequence[Calibrated] = ()
     abstaining: Sequence[Abstaining] = ()
@@ -155,29 +207,31 @@ def compare(
         training=partial(lab.progress, "trainings"),
     )
     runs = {each.name: workshop.runs(each.name) for each in plan.needed(sections)}
-    for run in (run for each in runs.values() for run in each):
+    every = [run for each in runs.values() for run in each]
+    for run in every:
         judged.keep(run)
 
     def contrast(planned: Contrast) -> list[Trained]:
         first = runs[planned.baseline]
-        return [judged.row(first), *(judged.row(runs[name], first) for name in planned.trainings)]
+        others = (_trained(judged, runs[name], first) for name in planned.trainings)
+        return [_trained(judged, first), *others]
 
     calibrations = []
     for name in plan.calibration.judges if plan.calibration else ():
         title, where = name, name
         if own := runs.get(name):
             title, where = f"{own[0].training.title}, seed {own[0].seed}", str(own[0].weights)
-        calibrations.append(judged.calibration(title, load_weights(where)))
+        calibrations.append(_calibration(judged, title, load_weights(where)))
     named = dict.fromkeys(plan.method_names(sections))
     shipped = {name: load_weights(name) for name in named if name in shipped_weights()}
     return Found(
         part=str(plan.part),
         cases=len(judged.cases),
         item_lists=len(set(judged.cases.instances)),
-        scenarios=judged.scenarios,
+        scenarios=tuple(dict.fromkeys(map(str, judged.cases.scenarios))),
         table=judge_table(lab, plan, workshop, limit) if plan.table else None,
         size=[
-            Curve(curve.title, [judged.row(runs[name]) for name in curve.trainings])
+            Curve(curve.title, [_trained(judged, runs[name]) for name in curve.trainings])
             for curve in plan.size
         ],
         sources=contrast(plan.sources) if plan.sources else (),
@@ -189,10 +243,10 @@ def compare(
         foreign=judge_foreign(lab, plan.foreign, foreign, limit) if plan.foreign else None,
         trainings=[
             *(
-                provenance_row(f"{name}, shipped", weights.manifest, weights.digest)
+                _provenance(f"{name}, shipped", weights.manifest, weights.digest)
                 for name, weights in shipped.items()
             ),
-            *(judged.provenance(run) for each in runs.values() for run in each),
+            *(_provenance(run.training.title, *judged.said(run)[:2]) for run in every),
         ],
         made_with=provenance_lines(),
     )
@@ -216,7 +270,7 @@ def _chosen(plan: Plan, only: Collection[str], foreign: Sequence[Path]) -> Plan:
     return plan.only(chosen)
 
 
-def _agreement(plan: Plan, workshop: Workshop) -> list[Share]:
+def _agreement(plan: Plan, workshop: Workshop) -> list[Agreeing]:
     """By source of labels, how often they are those of the set that the first training learns."""
     needed = plan.needed([Section.SOURCES])
     names = dict.fromkeys(name for each in needed for name in each.data if name != BENCHMARK)
@@ -230,5 +284,76 @@ def _agreement(plan: Plan, workshop: Workshop) -> list[Share]:
         mine, theirs = (each.loc[both, "failing_step"].fillna(-1) for each in (basis, other))
         same = (mine == theirs).to_numpy(bool)
         if len(both):
-            found.append(Share(plan.sets[name].label, share(same, basis.loc[both, "instance"])))
+            found.append(Agreeing(plan.sets[name].label, share(same, basis.loc[both, "instance"])))
     return found
+
+
+def _trained(judged: JudgedPart, runs: Sequence[Run], against: Sequence[Run] = ()) -> Trained:
+    """How often the seeds of a training are right, and those that they are compared with."""
+    said = [judged.said(run) for run in runs]
+    right = np.array([each.right for each in said])
+    others = np.array([judged.said(run).right for run in against])
+    lists, scenarios = judged.cases.instances, judged.cases.scenarios
+    groups = {ALL: np.ones(len(lists), bool)}
+    groups |= {str(name): scenarios == name for name in dict.fromkeys(scenarios)}
+    seeds = {g: right[:, m].mean(axis=1).tolist() for g, m in groups.items()}
+    manifest = said[0].manifest
+    return Trained(
+        title=runs[0].training.title,
+        features=manifest["features"],
+        network=manifest["network"],
+        symmetries=int(manifest["members"][0]["options"]["symmetries"]),
+        labels=_label_sources(judged, runs[0]),
+        cases=manifest["cases"],
+        item_lists=manifest["item_lists"],
+        accuracy={g: accuracy_of_seeds(right[:, m], lists[m]) for g, m in groups.items()},
+        all_seeds=seeds.pop(ALL),
+        seeds=seeds,
+        difference={g: difference(right[:, m], others[:, m], lists[m]) for g, m in groups.items()}
+        if against
+        else None,
+    )
+
+
+def _label_sources(judged: JudgedPart, run: Run) -> str:
+    """Sources of the labels of a training, those of the training that it continues first."""
+    own = " and ".join(
+        "labelled set" if data["name"] == BENCHMARK else str(data.get("label", data["name"]))
+        for data in judged.said(run).manifest["data"]
+    )
+    return f"{_label_sources(judged, run.start)}, then {own}" if run.start else own
+
+
+def _calibration(
+    judged: JudgedPart, title: str, weights: Weights
+) -> tuple[tuple[Calibrated, Calibrated], Abstaining]:
+    """Calibration of a learned method's probabilities, of steps and of scores."""
+    data, probabilities = judged.cases, judged.probabilities(weights)
+    steps = np.arange(probabilities.shape[1])
+    labelled = steps < data.valid()[:, None]
+    unstable = steps >= data.safe[:, None]
+    lists = np.broadcast_to(data.instances[:, None], labelled.shape)
+    sure, right = confidence(probabilities, data.counts), names_the_label(probabilities, data)
+    of_steps = reliability(probabilities[labelled], unstable[labelled], lists[labelled])
+    of_scores = reliability(sure, right, data.instances)
+    return (
+        calibrated(title, "a step is unstable", of_steps),
+        calibrated(title, "a score is right", of_scores),
+    ), abstaining(title, abstention(sure, right, data.instances))
+
+
+def _provenance(title: str, manifest: Mapping[str, Any], digest: str) -> Provenance:
+    members = manifest["members"]
+    return Provenance(
+        title=title,
+        seeds=[int(member["options"]["seed"]) for member in members],
+        commit=str(manifest["made_by"]["git"] or "installed package"),
+        digest=digest,
+        cases=manifest["cases"],
+        item_lists=manifest.get("item_lists"),
+        epochs=[member["epochs"] for member in members],
+        best_epochs=[member["best_epoch"] for member in members],
+        validation=manifest["validation"]["mean"]["all"],
+        seconds=sum(member["seconds"] for member in members),
+        command=manifest["command"],
+    )

@@ -7,44 +7,31 @@ from functools import partial
 from itertools import combinations
 from operator import attrgetter
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
-import pandas as pd
 
-from steadyload.layouts.model.layout import Layout
 from steadyload.learners.methods import LearnedMethod
 from steadyload.learners.plans.plan import ForeignPlan
-from steadyload.learners.ranges import QUANTITIES, SLACK, extent_of
+from steadyload.learners.ranges import QUANTITIES, extent_of
 from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.registry import make_method
 from steadyload.reports.columns import column, percent, row
 from steadyload.runs.definition import StudyDefinition
-from steadyload.runs.results import load_results
+from steadyload.runs.evaluation import MethodEvaluation, evaluate
 from steadyload.runs.runner import run_study
 from steadyload.statistics.estimate import Estimate
-from steadyload.statistics.metrics import agreement, outcomes, share
+from steadyload.statistics.metrics import agreement, share
 from steadyload.studies.kit import Lab
 
-_ACCEPT = "outside=accept"
+_ends = "{0[0]:g} to {0[1]:g}".format
 
 
 @row
-class Share:
-    """A share under a name, which the header of its table says."""
+class Agreeing:
+    """Share of equal failing steps, of two methods or sources of labels."""
 
     what: str = column()
-    share: Estimate = column("%", percent)
-
-
-class Ends(NamedTuple):
-    """The least and the greatest value of a quantity."""
-
-    least: float
-    greatest: float
-
-    def __str__(self) -> str:
-        return f"{self.least:g} to {self.greatest:g}"
+    same: Estimate = column("same failing step %", percent)
 
 
 @row
@@ -54,8 +41,8 @@ class Reason:
     judge: str = column()
     quantity: str = column("outside")
     layouts: int = column()
-    trained: Ends = column("trained on")
-    here: Ends = column(about="of all layouts")
+    trained: tuple[float, float] = column("trained on", _ends)
+    here: tuple[float, float] = column(form=_ends, about="of all layouts")
 
 
 @row
@@ -67,7 +54,7 @@ class Judged:
     agreement: Mapping[str, Estimate] = column(
         "as {} %", percent, "share of equal failing steps, with refusals switched off"
     )
-    stable: Estimate = column("says stable %", percent, "likewise")
+    accepting: MethodEvaluation
     accepted: int = column("n", about="layouts that it does not refuse")
     inside: Mapping[str, Estimate] = column("as {} %", percent, "share of equal steps on these")
     reasons: Sequence[Reason]
@@ -75,18 +62,14 @@ class Judged:
 
 @row
 class Foreign:
-    """Layouts of another kind.
-
-    ``others``: share of layouts that each other method judges to be stable. ``among``: by pair of
-    them, share of equal failing steps.
-    """
+    """Layouts of another kind; ``among``: agreement of the other methods two by two."""
 
     files: int
     layouts: int
     max_items: int
     rows: Sequence[Judged]
-    others: Sequence[Share]
-    among: Sequence[Share]
+    others: Sequence[MethodEvaluation]
+    among: Sequence[Agreeing]
 
     @property
     def reasons(self) -> list[Reason]:
@@ -107,7 +90,10 @@ def judge_foreign(lab: Lab, plan: ForeignPlan, files: Sequence[Path], limit: int
         LayoutError: a file is invalid.
         as :func:`steadyload.runs.runner.run_study`.
     """
-    accepting = {spec: _accepting(spec) for spec in plan.judges}
+    accepting = {
+        spec: str(make_method(str(make_method(spec).spec.stating("outside", "accept"))).spec)
+        for spec in plan.judges
+    }
     study = StudyDefinition(
         name="learned foreign",
         methods=(*plan.others, *accepting.values()),
@@ -116,69 +102,56 @@ def judge_foreign(lab: Lab, plan: ForeignPlan, files: Sequence[Path], limit: int
         limit=limit,
         shard_size=60,
     )
-    folder = lab.work / "foreign"
-    run_study(study, folder, workers=lab.workers, progress=partial(lab.progress, "foreign"))
-    said = outcomes(load_results(folder))
-    by_name = {each.name: each.first(min(len(each), plan.max_items)) for each in study.layouts()}
-    layouts = [by_name[name] for name in said.index.get_level_values("layout")]
-    others = [method_key(make_method(spec)) for spec in plan.others]
+    run = lab.work / "foreign"
+    run_study(study, run, workers=lab.workers, progress=partial(lab.progress, "foreign"))
+    evaluation = evaluate(run, by_scenario=False)
+    said = evaluation.judged.said
+    others = [evaluation.row(str(make_method(spec).spec)) for spec in plan.others]
+    keys = [each.method for each in others]
+    every = {each.name: each.first(min(len(each), plan.max_items)) for each in study.layouts()}
+    layouts = [every[name] for name in said.index.get_level_values("layout")]
+    extents = np.array(
+        [
+            extent_of(
+                each.lower, each.upper, each.weights, each.mass_offsets, each.floor.corners,
+                max(each.pallet.size),
+            )
+            for each in layouts
+        ]
+    )  # fmt: skip
+
+    def judged(spec: str) -> Judged:
+        judge = make_method(spec)
+        assert isinstance(judge, LearnedMethod)
+        key, ranges, own = method_key(judge), judge.weights.ranges, accepting[spec]
+        beyond = ranges.beyond(extents)
+        inside = said[~beyond.any(axis=1)]
+        reasons = [
+            Reason(
+                key.title, name, int(beyond[:, k].sum()), ranges.ranges[name],
+                (extents[:, 0, k].min(), extents[:, 1, k].max()),
+            )
+            for k, name in enumerate(QUANTITIES)
+            if beyond[:, k].any()
+        ]  # fmt: skip
+        return Judged(
+            method=key,
+            refused=share(beyond.any(axis=1)),
+            agreement={o.title: agreement(said, own, o.spec) for o in keys},
+            accepting=evaluation.row(own),
+            accepted=len(inside),
+            inside={o.title: agreement(inside, own, o.spec) for o in keys},
+            reasons=sorted(reasons, key=lambda reason: -reason.layouts),
+        )
+
     return Foreign(
         files=len(study.files),
         layouts=len(layouts),
         max_items=plan.max_items,
-        rows=[_row(spec, said, accepting[spec], layouts, others) for spec in plan.judges],
-        others=[Share(one.title, _stable(said[one.spec], layouts)) for one in others],
+        rows=[judged(spec) for spec in plan.judges],
+        others=others,
         among=[
-            Share(f"{one.title} and {other.title}", agreement(said, one.spec, other.spec))
-            for one, other in combinations(others, 2)
+            Agreeing(f"{one.title} and {two.title}", agreement(said, one.spec, two.spec))
+            for one, two in combinations(keys, 2)
         ],
     )
-
-
-def _accepting(spec: str) -> str:
-    """The canonical spec of the same method without refusals."""
-    plain = str(make_method(spec).spec)
-    return str(make_method(f"{plain}{',' if ':' in plain else ':'}{_ACCEPT}").spec)
-
-
-def _row(
-    spec: str,
-    said: pd.DataFrame,
-    accepting: str,
-    layouts: Sequence[Layout],
-    others: Sequence[MethodKey],
-) -> Judged:
-    judge = make_method(spec)
-    assert isinstance(judge, LearnedMethod)
-    key, ranges = method_key(judge), judge.weights.ranges.ranges
-    trained = np.array([ranges[name] for name in QUANTITIES])
-    found = np.array([_extent(layout) for layout in layouts])
-    below = found[:, 0] < trained[:, 0] * (1.0 - SLACK)
-    outside = below | (found[:, 1] > trained[:, 1] * (1.0 + SLACK))
-    refused = outside.any(axis=1)
-    reasons = [
-        Reason(
-            key.title, name, int(outside[:, k].sum()), Ends(*trained[k]),
-            Ends(found[:, 0, k].min(), found[:, 1, k].max()),
-        )
-        for k, name in enumerate(QUANTITIES)
-        if outside[:, k].any()
-    ]  # fmt: skip
-    return Judged(
-        method=key,
-        refused=share(refused),
-        agreement={one.title: agreement(said, accepting, one.spec) for one in others},
-        stable=_stable(said[accepting], layouts),
-        accepted=int((~refused).sum()),
-        inside={one.title: agreement(said[~refused], accepting, one.spec) for one in others},
-        reasons=sorted(reasons, key=lambda reason: -reason.layouts),
-    )
-
-
-def _extent(layout: Layout) -> np.ndarray:
-    arrays = (layout.lower, layout.upper, layout.weights, layout.mass_offsets)
-    return extent_of(*arrays, layout.floor.corners, max(layout.pallet.size))
-
-
-def _stable(said: pd.Series, layouts: Sequence[Layout]) -> Estimate:
-    return share(said.fillna(-1).astype(int).to_numpy() == [len(layout) for layout in layouts])

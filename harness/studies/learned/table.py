@@ -28,21 +28,14 @@ _RULE = "equilibrium:time=0.3"
 
 @row
 class Judged:
-    """A method on a group of cases."""
+    """A method on a group of cases; times are shown on all of them alone."""
 
     found: MethodEvaluation
     paper: float | None = column("paper %", plain_percent, "accuracy in Table 5 of the paper")
-
-
-@row
-class Timed:
-    """Times of a method on all cases that are timed; None where it judges one at a time alone."""
-
-    found: MethodEvaluation
     repeats: int = column()
     paper_wall_ms: float | None = column("paper wall ms", general)
-    one_by_one: float = column("layouts/s one by one", fixed, "of wall time")
-    best_batch: int | None = column("best batch", about="the fastest by CPU time")
+    one_by_one: float | None = column("layouts/s one by one", fixed, "of wall time")
+    best_batch: int | None = column("best batch", about="the fastest by CPU time; None without any")
     rate: float | None = column("layouts/s at that", fixed, "of wall time")
     cpu_rate: float | None = column("layouts per CPU s", fixed)
     rates: Mapping[int, float] = column("{}", fixed, "layouts/s of wall time, by batch size")
@@ -54,8 +47,12 @@ class Table:
 
     held: MethodKey
     groups: Mapping[str, Sequence[Judged]]
-    timed: Sequence[Timed]
     costs: str
+
+    @property
+    def timed(self) -> list[Judged]:
+        """The methods that were timed, on all cases."""
+        return [each for each in self.groups[ALL] if each.found.cpu.n]
 
     @property
     def own(self) -> Mapping[str, Judged]:
@@ -112,36 +109,29 @@ def judge_table(lab: Lab, plan: Plan, workshop: Workshop, limit: int | None) -> 
         repeats=table.repeats, batches=table.batches, workers=lab.workers,
     )  # fmt: skip
     evaluation = evaluate(judged, costs=timed_costs(times, timed_cases))
-    # The paper's PS_opt has other parameters than ours, so that simulations have no column.
-    printed = {spec: None if key.engine else paper().row_of(key) for spec, key in keys.items()}
-    groups = {
-        group: [
-            Judged(
-                evaluation.row(spec, group, against=held.spec, key=key),
-                own.accuracy.get(group) if (own := printed[spec]) else None,
-            )
-            for spec, key in keys.items()
-        ]
-        for group in evaluation.rows
-    }
-    rows = []
-    for found in (each.found for each in groups[ALL] if each.found.cpu.n):
-        sizes, own = batches.get(found.method.spec, {}), printed[found.method.spec]
-        best = min(sizes, key=lambda size: sizes[size][0], default=None)
-        cpu, wall = sizes[best] if best else (None, None)
-        rows.append(
-            Timed(
-                found,
-                table.repeats,
-                own.runtime[ALL] if own else None,
-                1e3 / found.wall.value,
-                best,
-                1e3 / wall if wall else None,
-                1e3 / cpu if cpu else None,
-                {size: 1e3 / wall for size, (_, wall) in sorted(sizes.items())},
-            )
+
+    def row_of(key: MethodKey, group: str) -> Judged:
+        found = evaluation.row(key.spec, group, against=held.spec, key=key)
+        # The paper's PS_opt has other parameters than ours, so that simulations have no column.
+        printed = None if key.engine else paper().row_of(key)
+        sizes = sorted(batches.get(key.spec, {}).items())
+        cpu_rates = {size: 1e3 / cpu for size, (cpu, _) in sizes}
+        rates = {size: 1e3 / wall for size, (_, wall) in sizes}
+        best = max(cpu_rates, key=lambda size: cpu_rates[size], default=0)
+        return Judged(
+            found,
+            printed.accuracy.get(group) if printed else None,
+            table.repeats,
+            printed.runtime[ALL] if printed else None,
+            1e3 / found.wall.value if found.wall.n else None,
+            best or None,
+            rates.get(best),
+            cpu_rates.get(best),
+            rates,
         )
-    return Table(held, groups, rows, evaluation.cost_source.explained())
+
+    groups = {group: [row_of(key, group) for key in keys.values()] for group in evaluation.rows}
+    return Table(held, groups, evaluation.cost_source.explained())
 
 
 def _key(name: str, table: TablePlan, workshop: Workshop) -> MethodKey:
