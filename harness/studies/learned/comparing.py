@@ -36,12 +36,6 @@ from steadyload.studies.learned.foreign import Agreeing, Foreign, judge_foreign
 from steadyload.studies.learned.table import Table, judge_table
 from steadyload.studies.reliability import Abstaining, Bin, Calibrated, abstaining, calibrated
 
-SHIFTED = "S2b"
-"""The scenario whose centres of mass are shifted the most."""
-
-GAIN = 0.08
-"""Gain of accuracy that is the target of remedies there."""
-
 
 def _spread(seeds: Sequence[float]) -> str:
     if len(seeds) < 2:
@@ -60,11 +54,12 @@ class Trained:
     title: str = column("training")
     features: str = column()
     network: str = column()
-    symmetries: int = column(left=True, about="of the pallet, of 8, that are drawn from; 1 is none")
+    symmetries: int = column(about="of the pallet, of 8, that are drawn from; 1 is none")
     labels: str = column(about="their source")
     cases: int = column(about="that were learnt from")
     item_lists: int = column("item lists", about="of these")
     accuracy: Mapping[str, Estimate] = column("{} %", percent, "mean of the seeds")
+    lost: float = column("S1 minus S2b", plain_percent, "of the accuracies")
     all_seeds: Sequence[float] = column("all seeds", _spread, "accuracy of each", notable=True)
     seeds: Mapping[str, Sequence[float]] = column("{} seeds", _spread, "by scenario")
     difference: Mapping[str, Estimate] | None = column(
@@ -136,25 +131,6 @@ class Found:
     foreign: Foreign | None = None
     trainings: Sequence[Provenance] = ()
     made_with: Mapping[str, str] = dataclasses.field(default_factory=dict)
-    shifted: str = SHIFTED
-    gain: float = GAIN
-
-    @property
-    def drops(self) -> dict[str, float]:
-        """By training, its accuracy in S1 minus that with shifted centres of mass."""
-        return {
-            each.title: each.accuracy["S1"].value - each.accuracy[SHIFTED].value
-            for each in self.remedies
-        }
-
-    @property
-    def reached(self) -> list[str]:
-        """Titles of the remedies that gain what is aimed at."""
-        return [
-            each.title
-            for each in self.remedies
-            if each.difference and each.difference[SHIFTED].value >= GAIN
-        ]
 
     @property
     def by_scenario(self) -> list[Scored]:
@@ -182,18 +158,11 @@ def compare(
 ) -> Found:
     """Make the missing trainings of a plan, then judge; an interrupted study is resumed.
 
-    Args:
-        lab: where it runs; each worker makes one training at a time.
-        plan: the trainings and comparisons.
-        only: sections; empty for all that are planned.
-        part: of the labelled set; None for the plan's.
-        limit: largest number of judged cases a scenario; trainings are not affected.
-        foreign: files of layouts of another kind; without one there is no such section.
+    The options are those of the study.
 
     Raises:
-        LearnerError: a section that is not planned, or a file of layouts that is not there.
-        as :meth:`steadyload.learners.plans.trainings.Workshop.make`, :func:`judge_table` and
-        :func:`judge_foreign`.
+        LearnerError: a section that is not planned, a file of layouts that is not there, or as
+            :meth:`steadyload.learners.plans.trainings.Workshop.make`.
     """
     workshop = Workshop(plan, lab.work)  # of the whole plan, which says what is a method
     plan = dataclasses.replace(_chosen(plan, only, foreign), part=Part(part or plan.part))
@@ -297,6 +266,7 @@ def _trained(judged: JudgedPart, runs: Sequence[Run], against: Sequence[Run] = (
     groups = {ALL: np.ones(len(lists), bool)}
     groups |= {str(name): scenarios == name for name in dict.fromkeys(scenarios)}
     seeds = {g: right[:, m].mean(axis=1).tolist() for g, m in groups.items()}
+    accuracy = {g: accuracy_of_seeds(right[:, m], lists[m]) for g, m in groups.items()}
     manifest = said[0].manifest
     return Trained(
         title=runs[0].training.title,
@@ -306,7 +276,8 @@ def _trained(judged: JudgedPart, runs: Sequence[Run], against: Sequence[Run] = (
         labels=_label_sources(judged, runs[0]),
         cases=manifest["cases"],
         item_lists=manifest["item_lists"],
-        accuracy={g: accuracy_of_seeds(right[:, m], lists[m]) for g, m in groups.items()},
+        accuracy=accuracy,
+        lost=accuracy["S1"].value - accuracy["S2b"].value,
         all_seeds=seeds.pop(ALL),
         seeds=seeds,
         difference={g: difference(right[:, m], others[:, m], lists[m]) for g, m in groups.items()}

@@ -80,15 +80,8 @@ class Foreign:
 def judge_foreign(lab: Lab, plan: ForeignPlan, files: Sequence[Path], limit: int | None) -> Foreign:
     """Share of layouts that learned methods refuse, and their agreement with other methods.
 
-    Args:
-        lab: where it runs; an interrupted run is resumed.
-        plan: the methods.
-        files: of layouts.
-        limit: largest number of layouts; None for all.
-
     Raises:
-        LayoutError: a file is invalid.
-        as :func:`steadyload.runs.runner.run_study`.
+        LayoutError: a file is invalid; or as :func:`steadyload.runs.runner.run_study`.
     """
     accepting = {
         spec: str(make_method(str(make_method(spec).spec.stating("outside", "accept"))).spec)

@@ -76,16 +76,10 @@ class Table:
 
 
 def judge_table(lab: Lab, plan: Plan, workshop: Workshop, limit: int | None) -> Table:
-    """Judge the part by all methods of the table, then time them in turns.
-
-    Args:
-        lab: where it runs; an interrupted run is resumed.
-        plan: with a table.
-        workshop: has the trainings.
-        limit: largest number of cases a scenario; None for all.
+    """Judge the part by all methods of the table, at most so many cases a scenario; then time them.
 
     Raises:
-        as :func:`steadyload.runs.runner.run_study` and :func:`steadyload.runs.timing.timed`.
+        ResultsError: see :meth:`steadyload.studies.kit.Lab.judge`.
     """
     table, benchmark, folder = plan.table, load_benchmark(), lab.work / "table"
     assert table is not None
