@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from matplotlib.figure import Figure
 
-from steadyload.reports.charts.drawing import Chart
+from steadyload.reports.charts.drawing import Chart, legend
 from steadyload.reports.charts.rows import Field, along, chosen, grouped, value
 from steadyload.reports.style import LOOKS
 
@@ -22,6 +22,7 @@ def forest(
     of: Field = "",
     dots: Field = "",
     zero: bool = False,
+    marks: Mapping[str, float] | None = None,
     x_label: str,
 ) -> Chart:
     """Shares or differences [%] with their intervals, one below the other.
@@ -35,6 +36,7 @@ def forest(
         of: field of the method, engine or group that has this look; else it is of the title.
         dots: field of single values [0 to 1] that are drawn below the estimate.
         zero: whether a line marks 0.
+        marks: by its title in the legend, a share [0 to 1] that a dotted line marks.
         x_label: label of x.
 
     Raises:
@@ -62,9 +64,12 @@ def forest(
                 )
         if zero:
             axes.axvline(0.0, color="black", linewidth=0.8)
+        for mark, share in (marks or {}).items():
+            axes.axvline(100.0 * share, color="#222222", linestyle=":", linewidth=1.0, label=mark)
         if panel:
             axes.set_title(str(shown), fontsize=9.0)
         axes.set_xlabel(x_label)
         axes.grid(visible=True, linewidth=0.4, alpha=0.6)
     drawn[0].set_yticks([-level for level in range(len(titles))], titles)
+    legend(figure, "beside")
     return Chart(figure)

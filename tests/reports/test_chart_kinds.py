@@ -325,6 +325,15 @@ def test_a_forest_has_a_row_a_title_and_a_panel_a_value(shares):
         )
 
 
+def test_a_forest_marks_a_share():
+    rows = [{"title": "one", "share": 0.5}]
+    [axes] = forest(rows, "share", marks={"the paper": 0.8}, x_label="x").figure.axes
+    assert [line.get_xdata()[0] for line in axes.lines if line.get_linestyle() == ":"] == [80.0]
+    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["the paper"]
+    [bare] = forest(rows, "share", x_label="x").figure.axes
+    assert bare.get_legend() is None
+
+
 def test_rows_of_a_forest_look_like_their_group():
     rows = [{"title": str(k), "kind": kind, "share": 0.5} for k, kind in enumerate("abba")]
     [axes] = forest(rows, "share", of="kind", x_label="x").figure.axes
