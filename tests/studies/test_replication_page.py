@@ -1,6 +1,5 @@
 """The paper's experiment from end to end, on a data set of a hundred files."""
 
-import dataclasses
 import io
 import shutil
 
@@ -13,8 +12,8 @@ pytest.importorskip("torch")
 import torch
 
 from steadyload.atomic import CHECKSUM_DIGITS
-from steadyload.labelling.paper_labels import Labelling
-from steadyload.layouts.benchmark.paper_files import FileOptions
+from steadyload.labelling.paper_labels import Labelling, label_files
+from steadyload.layouts.benchmark.paper_files import FileOptions, make_files
 from steadyload.layouts.packing.heuristics import Heuristic
 from steadyload.learners.network import LstmNetwork
 from steadyload.learners.scoring import items_safe
@@ -22,7 +21,10 @@ from steadyload.methods.registry import make_method
 from steadyload.reports.pages.writing import write_page
 from steadyload.runs.evaluation import ALL
 from steadyload.runs.store import CHECKPOINTS
-from steadyload.studies.replication.methods import ALL_LINES
+from steadyload.studies.kit import Lab
+from steadyload.studies.replication.comparing import Found, fall, paper_of, summarise
+from steadyload.studies.replication.judging import case_layouts, replicate
+from steadyload.studies.replication.methods import ALL_LINES, LSTM_1, LSTM_E, MEMORISER, SUPPORT
 from steadyload.studies.replication.networks import (
     NETWORKS,
     Material,
@@ -30,33 +32,26 @@ from steadyload.studies.replication.networks import (
     networks_on_folds,
     paper_options,
 )
-from steadyload.studies.replication.page import replication_page
 from steadyload.studies.replication.splits import PartSizes, SplitKind, folds
-from steadyload.studies.replication.study import (
-    LSTM_1,
-    LSTM_E,
-    MEMORISER,
-    SUPPORT,
-    ReplicationOptions,
-    case_layouts,
-    replicate,
-)
-from steadyload.studies.replication.summary import fall, paper_of, summarise
+from steadyload.studies.replication.study import Replication
 
-SIZES = dict.fromkeys(("S1", "S2a", "S2b"), PartSizes(test=(4, 2), validation=(2, 1)))
-OPTIONS = ReplicationOptions(
-    files=FileOptions(
-        seed=5,
-        lists=3,
-        item_counts={1: 4, 2: 4, 3: 6},
-        heuristics=tuple(map(Heuristic.numbered, (1, 2, 41, 42))),
-    ),
-    epochs=2,
-    budget=3600.0,
-    seeds=2,
-    methods=("fbs", "sme"),
-    sizes=SIZES,
+FILES = FileOptions(
+    seed=5,
+    lists=3,
+    item_counts={1: 4, 2: 4, 3: 6},
+    heuristics=tuple(map(Heuristic.numbered, (1, 2, 41, 42))),
 )
+METHODS = ("fbs", "sme")
+
+
+def replicated(work):
+    files = make_files(FILES)
+    labels = label_files(files, work, workers=0).labels
+    sizes = dict.fromkeys(("S1", "S2a", "S2b"), PartSizes(test=(4, 2), validation=(2, 1)))
+    return replicate(
+        Lab(work, 0), files, labels, seed=0, epochs=2, budget=3600.0, seeds=2, ensemble=True,
+        methods=METHODS, sizes=sizes,
+    )  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -66,7 +61,7 @@ def work(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def done(work):
-    return replicate(OPTIONS, work, workers=0)
+    return replicated(work)
 
 
 @pytest.fixture(scope="module")
@@ -78,7 +73,7 @@ def test_rules_are_judged_on_every_test_file(done):
     tests = done.tests
     assert len(tests) == 18
     layouts = case_layouts(done.files, tests)
-    for spec in OPTIONS.methods:
+    for spec in METHODS:
         steps = [make_method(spec).judge(layout).failing_step for layout in layouts]
         labels = [None if pd.isna(step) else int(step) for step in tests["failing_step"]]
         right = [a == b for a, b in zip(steps, labels, strict=True)]
@@ -155,9 +150,9 @@ def test_a_second_run_judges_and_trains_nothing(done, work):
     def files():
         return {path: path.stat().st_mtime_ns for path in work.rglob("*.p*") if path.is_file()}
 
-    judged = {p: t for p, t in files().items() if "set" not in p.parts}
-    again = replicate(OPTIONS, work, workers=0)
-    assert {p: t for p, t in files().items() if "set" not in p.parts} == judged
+    judged = files()
+    again = replicated(work)
+    assert files() == judged
     for kind, split in done.splits.items():
         for name, right in split.rights.items():
             assert (again.splits[kind].rights[name] == right).all()
@@ -165,16 +160,16 @@ def test_a_second_run_judges_and_trains_nothing(done, work):
 
 def test_the_summary_counts_what_was_judged(done, found):
     tests = done.tests
-    row = found.method("sme")
+    [(row,)] = found.together("SME")
     assert row.accuracy[ALL].value == pytest.approx(done.rights["sme"].mean())
-    assert row.paper[ALL] == pytest.approx(0.8356)
+    assert row.paper == pytest.approx(0.8356)
     s1 = (tests["scenario"] == "S1").to_numpy()
     split = done.splits[SplitKind.FILE]
-    learnt = found.learnt(LSTM_1, SplitKind.FILE)
+    learnt = found.learnt(LSTM_1, SplitKind.FILE.words)
     assert learnt.accuracy["S1"].value == pytest.approx(split.rights[LSTM_1][:, s1].mean())
     assert learnt.with_twin.n + learnt.without_twin.n == 18
     assert [count.test for count in found.counts] == [6, 6, 6]
-    first, second = found.networks[:2]
+    first, second = found.steps[0].changes[:2]
     fewer = done.splits[SplitKind.FEWER].rights[LSTM_1].mean()
     assert first.change is None
     assert second.change.value == pytest.approx(fewer - split.rights[LSTM_1].mean())
@@ -200,7 +195,8 @@ def test_the_paper_is_quoted():
 
 
 def test_the_page_answers_and_marks_a_quick_run(found, tmp_path):
-    text = write_page(replication_page(found), tmp_path / "full").read_text()
+    page = Replication().page(Found(found))
+    text = write_page(page, tmp_path / "full").read_text()
     answer = text.split("\n\n")[1]
     assert answer.startswith("A memoriser, which only repeats the label of the training file")
     assert "The paper's LSTM_e is right on 98.7 %; trained here" in answer
@@ -208,14 +204,14 @@ def test_the_page_answers_and_marks_a_quick_run(found, tmp_path):
     assert len(answer) < 700
     assert "under-trained" not in text
     assert "Not all readings of PS_3 and PS_5 were judged" in text
-    quick = dataclasses.replace(found, quick=True)
-    text = write_page(replication_page(quick), tmp_path / "quick").read_text()
+    page = Replication(quick=True).page(Found(found))
+    text = write_page(page, tmp_path / "quick").read_text()
     assert "under-trained" in text.split("##")[0]
     assert text.count("under-trained") >= 3
 
 
 def test_labels_alone_have_a_page(tmp_path):
-    page = replication_page(Labelling({1: None, 2: 0}, 5, {"crashed": 1}))
+    page = Replication().page(Found(labelling=Labelling({1: None, 2: 0}, 5, {"crashed": 1})))
     text = write_page(page, tmp_path).read_text()
     assert "2 labels are known; the files have 5 distinct cases" in text
     assert "1 crashed" in text

@@ -40,6 +40,11 @@ class SplitKind(StrEnum):
     GEOMETRY = "geometry"
     LIST = "list"
 
+    @property
+    def words(self) -> str:
+        """As the page names it."""
+        return {"fewer": "file, fewer", "list": "item list"}.get(self, self.value)
+
 
 class SplitError(UserError):
     """Too few labelled files for the parts of a split."""
