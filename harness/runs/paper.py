@@ -9,10 +9,11 @@ from functools import cache
 from steadyload.config import ConfigError, bind
 from steadyload.methods.naming import MethodKey
 from steadyload.reading import own_file, toml_of
+from steadyload.reports.columns import column, plain_percent, row
 from steadyload.runs.evaluation import ALL
 
 
-@dataclass(frozen=True, slots=True)
+@row
 class PaperRow:
     """A column of the paper's Table 5, by group: accuracy, runtime [ms of wall time].
 
@@ -21,9 +22,9 @@ class PaperRow:
     another.
     """
 
-    title: str
+    title: str = column("the paper")
     families: tuple[str, ...]
-    accuracy: Mapping[str, float]
+    accuracy: Mapping[str, float] = column("{} %", plain_percent)
     runtime: Mapping[str, float]
     namesakes: tuple[str, ...] = ()
 
@@ -64,6 +65,6 @@ def paper() -> Paper:
     """The paper's own numbers, from ``paper.toml``; accuracies as shares."""
     file = own_file("steadyload.runs", "paper.toml")
     content = toml_of(file, ConfigError)
-    for row in content["rows"]:
-        row["accuracy"] = {group: value / 100.0 for group, value in row["accuracy"].items()}
+    for one in content["rows"]:
+        one["accuracy"] = {group: value / 100.0 for group, value in one["accuracy"].items()}
     return bind(Paper, content, str(file))

@@ -44,7 +44,6 @@ from steadyload.studies.extremes.running import CellUnit
 from steadyload.studies.precision.sizes import SizeUnit
 from steadyload.studies.properties import testing as properties
 from steadyload.studies.replication import networks
-from steadyload.studies.replication.splits import SplitKind
 from steadyload.studies.scale.measuring import Size
 from steadyload.studies.session.packing_gains import PackingUnit
 from steadyload.studies.session.placing import CurvesUnit
@@ -181,30 +180,24 @@ def item_lists():
 
 
 def network_trainings():
-    material = networks.Material(
-        pd.DataFrame(
-            {
-                "scenario": ["s2"] * 6, "instance": [*"abcdef"], "geometry": [*"abcdef"],
-                "item_count": [len(each) for each in random_layouts(6, seed=3)],
-                "failing_step": pd.array([None] * 6, dtype="Int16"),
-            }
-        ),
-        random_layouts(6, seed=3),
+    layouts = random_layouts(6, seed=3)
+    cases = pd.DataFrame(
+        {
+            "scenario": ["s2"] * 6, "instance": [*"abcdef"], "geometry": [*"abcdef"],
+            "item_count": list(map(len, layouts)),
+            "failing_step": pd.array([None] * 6, dtype="Int16"),
+        }
     )  # fmt: skip
-    masks = {"train": (0, 1), "validation": (2, 3), "test": (4, 5)}
-    parts = {name: np.isin(np.arange(6), places) for name, places in masks.items()}
-    fold = networks.Fold(SplitKind.FILE, 0, **parts)
     options = networks.paper_options(0, 0, hidden=128)
-
-    def of(fold=fold, options=options, budget=60.0):
-        return networks.NetworkTraining.of(fold, options, material, Path("work"), budget)
-
-    yield "", of()
-    for name, mask in parts.items():
-        yield name, of(replace(fold, **{name: ~mask}))
-    yield "budget", of(budget=30.0)
+    every = networks.sequences_of(cases, layouts, options.features)
+    parts = [every.chosen(np.isin(np.arange(6), places)) for places in ((0, 1), (2, 3), (4, 5))]
+    one = networks.NetworkTraining("file-0", options, *parts, Path("work"), 60.0)
+    yield "", one
+    for name in ("learnt", "stopping", "asked"):
+        yield name, replace(one, **{name: every})
+    yield "budget", replace(one, budget=30.0)
     for name, other in varied(options, dropout=0.5, learning_rate=0.1):
-        yield name, of(options=other)
+        yield name, replace(one, options=other)
 
 
 CASES = (("as given", ONE),)

@@ -1,4 +1,4 @@
-"""The paper's experiment: its files, labels, splits and memoriser, each checked by hand."""
+"""The paper's experiment: its files, labels and splits, each checked by hand."""
 
 import dataclasses
 import itertools
@@ -15,23 +15,20 @@ from steadyload.labelling.paper_labels import (
     ship_labels,
     shipped_labels,
 )
-from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.benchmark.paper_files import FileOptions, make_files
 from steadyload.layouts.packing.heuristics import Heuristic
 from steadyload.layouts.packing.packing import HEURISTICS, WeightRule, make_instance, pack_instance
 from steadyload.methods.registry import make_method
-from steadyload.studies.replication.memoriser import Memoriser
 from steadyload.studies.replication.splits import (
     TABLE_2,
     TEST,
     VALIDATION,
-    PartSizes,
     SplitError,
     SplitKind,
     draw_parts,
     folds,
     labelled_cases,
-    share_with_twin,
+    with_twin,
 )
 
 # First fit and worst fit by two space rules: they agree until a second bin is opened.
@@ -58,15 +55,11 @@ def labels(files):
 
 @pytest.fixture(scope="module")
 def cases(files, labels):
-    return labelled_cases(files, labels)
+    made = labelled_cases(files, labels)
+    return made.assign(part=draw_parts(made, seed=1, sizes=SIZES))
 
 
-SIZES = dict.fromkeys(TABLE_2, PartSizes(test=(6, 3), validation=(2, 1)))
-
-
-@pytest.fixture(scope="module")
-def part(cases):
-    return draw_parts(cases, seed=1, sizes=SIZES)
+SIZES = {name: {TEST: (6, 3), VALIDATION: (2, 1)} for name in TABLE_2}
 
 
 # files
@@ -201,95 +194,57 @@ def test_files_without_a_label_are_left_out(files, labels, cases):
     assert len(fewer) == len(cases) - 1
 
 
-def test_parts_have_the_sizes_of_table_2(cases, part):
+def test_parts_have_the_sizes_of_table_2(cases):
     for (scenario, stable), own in cases.groupby(["scenario", cases["failing_step"].isna()]):
         size = SIZES[scenario]
-        found = part.loc[own.index].value_counts()
-        assert found[TEST] == size.test[0 if stable else 1]
-        assert found[VALIDATION] == size.validation[0 if stable else 1]
+        found = own["part"].value_counts()
+        assert found[TEST] == size[TEST][0 if stable else 1]
+        assert found[VALIDATION] == size[VALIDATION][0 if stable else 1]
     printed = {"S1": (44, 44), "S2a": (50, 49), "S2b": (56, 57)}
-    assert {name: size.validation for name, size in TABLE_2.items()} == printed
-    assert {size.test for size in TABLE_2.values()} == {(150, 150)}
+    assert {name: size[VALIDATION] for name, size in TABLE_2.items()} == printed
+    assert {size[TEST] for size in TABLE_2.values()} == {(150, 150)}
 
 
 def test_too_few_files_are_an_error(cases):
+    few = {TEST: (1, 150), VALIDATION: (0, 44)}
     with pytest.raises(SplitError, match=r"S1: \d+ labelled unstable files; needed: 194"):
-        draw_parts(cases, seed=0, sizes=dict.fromkeys(TABLE_2, PartSizes((1, 150), (0, 44))))
+        draw_parts(cases, seed=0, sizes=dict.fromkeys(TABLE_2, few))
 
 
-def test_every_split_tests_the_same_files(cases, part):
+def test_every_split_tests_the_same_files(cases):
     for kind in SplitKind:
-        tested = np.sum([fold.test for fold in folds(cases, part, kind)], axis=0)
-        assert tested.tolist() == (part == TEST).astype(int).tolist()
+        tested = np.sum([fold.test for fold in folds(cases, kind)], axis=0)
+        assert tested.tolist() == (cases["part"] == TEST).astype(int).tolist()
 
 
 @pytest.mark.parametrize("kind", SplitKind)
-def test_nothing_held_out_is_learnt_from(cases, part, kind):
-    for fold in folds(cases, part, kind):
+def test_nothing_held_out_is_learnt_from(cases, kind):
+    for fold in folds(cases, kind):
         held = fold.test | fold.validation
         assert fold.train.any()
-        assert not (fold.train & (part != "").to_numpy()).any()
+        assert not (fold.train & (cases["part"] != "").to_numpy()).any()
         keys = [cases["file"], cases["scenario"]]
         names = pd.MultiIndex.from_arrays(keys)
         assert not set(names[fold.train]) & set(names[held])
         if kind in (SplitKind.GEOMETRY, SplitKind.LIST):
             assert not set(cases["geometry"][fold.train]) & set(cases["geometry"][held])
-            assert not share_with_twin(cases, fold)[fold.test].any()
+            assert not with_twin(cases, [fold]).any()
         if kind is SplitKind.LIST:
             others = fold.train | fold.validation
             assert not set(cases["instance"][others]) & set(cases["instance"][fold.test])
 
 
-def test_by_file_twins_stay_and_fewer_are_as_many_as_by_geometry(cases, part):
+def test_by_file_twins_stay_and_fewer_are_as_many_as_by_geometry(cases):
     file, fewer, geometry = (
-        folds(cases, part, kind)[0]
-        for kind in (SplitKind.FILE, SplitKind.FEWER, SplitKind.GEOMETRY)
+        folds(cases, kind)[0] for kind in (SplitKind.FILE, SplitKind.FEWER, SplitKind.GEOMETRY)
     )
-    assert file.train.sum() == (part == "").sum()
+    assert file.train.sum() == (cases["part"] == "").sum()
     assert fewer.train.sum() == geometry.train.sum() < file.train.sum()
     assert not (fewer.train & ~file.train).any()
-    twins = share_with_twin(cases, file)[file.test]
+    twins = with_twin(cases, [file])[file.test]
     expected = [
         any((cases["geometry"] == row.geometry) & (cases["scenario"] == row.scenario) & file.train)
         for row in cases[file.test].itertuples()
     ]
     assert twins.tolist() == expected
     assert any(expected)
-
-
-# memoriser
-
-
-def pile(*corners, shift=0.0):
-    """Cubes of 10 cm with some left-bottom-back corners, all centres of mass shifted along x."""
-    items = tuple(
-        Item(k, tuple(map(float, at)), (10.0, 10.0, 10.0), 1.0, (shift, 0.0, 0.0))
-        for k, at in enumerate(corners)
-    )
-    return Layout("pile", Pallet(30.0, 30.0, 30.0), items)
-
-
-A, B, C, D = (0, 0, 0), (10, 0, 0), (0, 10, 0), (20, 0, 0)
-
-
-def test_the_memoriser_repeats_its_twin():
-    known = Memoriser([(pile(A, B, C), 2), (pile(A, C, B), 1), (pile(B, A, C), None)])
-    assert known.failing_step(pile(A, B, C)) == 2
-    assert known.failing_step(pile(A, C, B)) == 1
-    assert known.failing_step(pile(B, A, C)) is None
-
-
-def test_of_several_twins_the_nearest_centres_of_mass_count():
-    known = Memoriser([(pile(A, C, shift=0.0), None), (pile(A, C, shift=3.0), 1)])
-    assert known.failing_step(pile(A, C, shift=1.4)) is None
-    assert known.failing_step(pile(A, C, shift=1.6)) == 1
-
-
-def test_without_a_twin_the_longest_common_beginning_counts():
-    known = Memoriser([(pile(A, D), 1), (pile(A, B, C), 2), (pile(D, A), 0)])
-    assert known.failing_step(pile(A, B, C, D)) == 2
-    assert known.failing_step(pile(A, B)) is None  # its most alike fails beyond the last item
-    assert known.failing_step(pile(A, C)) == 1  # begins like both; the first one counts
-    assert known.failing_step(pile(C, A)) is None  # nothing begins like it
-    higher = dataclasses.replace(pile(D, A), pallet=Pallet(30.0, 40.0, 30.0))
-    assert known.failing_step(higher) is None  # on another pallet

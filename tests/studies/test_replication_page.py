@@ -1,5 +1,6 @@
 """The paper's experiment from end to end, on a data set of a hundred files."""
 
+import dataclasses
 import io
 import shutil
 
@@ -13,6 +14,7 @@ import torch
 
 from steadyload.atomic import CHECKSUM_DIGITS
 from steadyload.labelling.paper_labels import Labelling, label_files
+from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.benchmark.paper_files import FileOptions, make_files
 from steadyload.layouts.packing.heuristics import Heuristic
 from steadyload.learners.network import LstmNetwork
@@ -20,19 +22,30 @@ from steadyload.learners.scoring import items_safe
 from steadyload.methods.registry import make_method
 from steadyload.reports.pages.writing import write_page
 from steadyload.runs.evaluation import ALL
+from steadyload.runs.paper import paper
 from steadyload.runs.store import CHECKPOINTS
 from steadyload.studies.kit import Lab
-from steadyload.studies.replication.comparing import Found, fall, paper_of, summarise
-from steadyload.studies.replication.judging import case_layouts, replicate
-from steadyload.studies.replication.methods import ALL_LINES, LSTM_1, LSTM_E, MEMORISER, SUPPORT
+from steadyload.studies.replication.comparing import Found, fall, paper_of, replicate
+from steadyload.studies.replication.learning import Memoriser
+from steadyload.studies.replication.methods import METHODS, PAPER
 from steadyload.studies.replication.networks import (
-    NETWORKS,
-    Material,
-    items_safe_by,
+    PAPER as TABLE_4,
+)
+from steadyload.studies.replication.networks import (
     networks_on_folds,
     paper_options,
+    sequences_of,
 )
-from steadyload.studies.replication.splits import PartSizes, SplitKind, folds
+from steadyload.studies.replication.splits import (
+    TABLE_2,
+    TEST,
+    VALIDATION,
+    SplitKind,
+    case_layouts,
+    draw_parts,
+    folds,
+    labelled_cases,
+)
 from steadyload.studies.replication.study import Replication
 
 FILES = FileOptions(
@@ -41,17 +54,7 @@ FILES = FileOptions(
     item_counts={1: 4, 2: 4, 3: 6},
     heuristics=tuple(map(Heuristic.numbered, (1, 2, 41, 42))),
 )
-METHODS = ("fbs", "sme")
-
-
-def replicated(work):
-    files = make_files(FILES)
-    labels = label_files(files, work, workers=0).labels
-    sizes = dict.fromkeys(("S1", "S2a", "S2b"), PartSizes(test=(4, 2), validation=(2, 1)))
-    return replicate(
-        Lab(work, 0), files, labels, seed=0, epochs=2, budget=3600.0, seeds=2, ensemble=True,
-        methods=METHODS, sizes=sizes,
-    )  # fmt: skip
+SIZES = {name: {TEST: (4, 2), VALIDATION: (2, 1)} for name in TABLE_2}
 
 
 @pytest.fixture(scope="module")
@@ -60,123 +63,200 @@ def work(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def done(work):
-    return replicated(work)
+def files():
+    return make_files(FILES)
 
 
 @pytest.fixture(scope="module")
-def found(done):
-    return summarise(done)
+def labels(files, work):
+    return label_files(files, work, workers=0).labels
 
 
-def test_rules_are_judged_on_every_test_file(done):
-    tests = done.tests
-    assert len(tests) == 18
-    layouts = case_layouts(done.files, tests)
-    for spec in METHODS:
-        steps = [make_method(spec).judge(layout).failing_step for layout in layouts]
-        labels = [None if pd.isna(step) else int(step) for step in tests["failing_step"]]
-        right = [a == b for a, b in zip(steps, labels, strict=True)]
-        assert done.rights[spec].tolist() == [right]
+@pytest.fixture(scope="module")
+def run(files, labels, work):
+    def run():
+        return replicate(
+            Lab(work, 0), files, labels, seed=0, epochs=2, budget=3600.0, seeds=2, ensemble=True,
+            methods=("fbs", "sme"), sizes=SIZES,
+        )  # fmt: skip
+
+    return run
 
 
-def test_processes_train_what_one_process_does(done, tmp_path):
-    material = Material(done.cases, case_layouts(done.files, done.cases))
-    (fold,) = folds(done.cases, done.part, SplitKind.GEOMETRY)
-    wanted = [(fold, paper_options(0, seed, epochs=1)) for seed in (0, 1)]
-    here, beside = (
-        list(networks_on_folds(material, wanted, tmp_path / str(n), 60.0, workers=n))
-        for n in (0, 2)
+@pytest.fixture(scope="module")
+def found(run):
+    return run()
+
+
+@pytest.fixture(scope="module")
+def cases(files, labels):
+    made = labelled_cases(files, labels)
+    return made.assign(part=draw_parts(made, seed=0, sizes=SIZES))
+
+
+@pytest.fixture(scope="module")
+def layouts(files, cases):
+    return case_layouts(files, cases)
+
+
+@pytest.fixture(scope="module")
+def steps(cases):
+    return [None if pd.isna(step) else int(step) for step in cases["failing_step"]]
+
+
+@pytest.fixture
+def train(cases, layouts):
+    """Trains networks on the split by geometry, with their features and its fold."""
+    (fold,) = folds(cases, SplitKind.GEOMETRY)
+
+    def train(work, seeds=(0,), workers=0):
+        options = [paper_options(0, seed, epochs=1) for seed in seeds]
+        every = sequences_of(cases, layouts, options[0].features)
+        wanted = [(fold, one) for one in options]
+        kind = options[0].features
+        return list(networks_on_folds({kind: every}, wanted, work, 60.0, workers=workers)), every
+
+    train.fold = fold
+    return train
+
+
+@pytest.mark.parametrize(("spec", "title"), [("fbs", "FBS"), ("sme", "SME")])
+def test_rules_are_judged_on_every_test_file(found, cases, layouts, steps, spec, title):
+    tests = np.flatnonzero(cases["part"] == TEST)
+    right = [make_method(spec).judge(layouts[k]).failing_step == steps[k] for k in tests]
+    [(row,)] = found.together(title)
+    assert row.accuracy[ALL].value == pytest.approx(np.mean(right))
+    assert (row.test_files, row.without_verdict) == (18, 0)
+    assert row.paper == paper_of(title)[ALL]
+    assert not row.is_reading
+    assert row.off == pytest.approx(abs(np.mean(right) - row.paper))
+
+
+@pytest.mark.parametrize("kind", SplitKind)
+def test_the_memoriser_is_tested_on_what_it_has_not_learnt(found, cases, layouts, steps, kind):
+    right = {}
+    for fold in folds(cases, kind):
+        known = Memoriser((layouts[k], steps[k]) for k in np.flatnonzero(fold.train))
+        for k in np.flatnonzero(fold.test):
+            right[k] = known.failing_step(layouts[k]) == steps[k]
+    row = found.learnt("memoriser", kind.words)
+    assert row.accuracy[ALL].value == pytest.approx(np.mean(list(right.values())))
+    assert row.with_twin.n + row.without_twin.n == len(right) == 18
+
+
+def pile(*corners, shift=0.0):
+    """Cubes of 10 cm with some left-bottom-back corners, all centres of mass shifted along x."""
+    items = tuple(
+        Item(k, tuple(map(float, at)), (10.0, 10.0, 10.0), 1.0, (shift, 0.0, 0.0))
+        for k, at in enumerate(corners)
     )
+    return Layout("pile", Pallet(30.0, 30.0, 30.0), items)
+
+
+A, B, C, D = (0, 0, 0), (10, 0, 0), (0, 10, 0), (20, 0, 0)
+
+
+def test_the_memoriser_repeats_its_twin():
+    known = Memoriser([(pile(A, B, C), 2), (pile(A, C, B), 1), (pile(B, A, C), None)])
+    assert known.failing_step(pile(A, B, C)) == 2
+    assert known.failing_step(pile(A, C, B)) == 1
+    assert known.failing_step(pile(B, A, C)) is None
+
+
+def test_of_several_twins_the_nearest_centres_of_mass_count():
+    known = Memoriser([(pile(A, C, shift=0.0), None), (pile(A, C, shift=3.0), 1)])
+    assert known.failing_step(pile(A, C, shift=1.4)) is None
+    assert known.failing_step(pile(A, C, shift=1.6)) == 1
+
+
+def test_without_a_twin_the_longest_common_beginning_counts():
+    known = Memoriser([(pile(A, D), 1), (pile(A, B, C), 2), (pile(D, A), 0)])
+    assert known.failing_step(pile(A, B, C, D)) == 2
+    assert known.failing_step(pile(A, B)) is None  # its most alike fails beyond the last item
+    assert known.failing_step(pile(A, C)) == 1  # begins like both; the first one counts
+    assert known.failing_step(pile(C, A)) is None  # nothing begins like it
+    higher = dataclasses.replace(pile(D, A), pallet=Pallet(30.0, 40.0, 30.0))
+    assert known.failing_step(higher) is None  # on another pallet
+
+
+def test_processes_train_what_one_process_does(train, tmp_path):
+    here, beside = (train(tmp_path / str(n), (0, 1), n)[0] for n in (0, 2))
     for one, other in zip(here, beside, strict=True):
         assert (one.probabilities == other.probabilities).all()
     assert (here[0].probabilities != here[1].probabilities).any()
 
 
-def test_what_a_network_says_is_what_its_weights_say(done, tmp_path):
-    """Held against torch, of the checkpoint that the training left."""
-    material = Material(done.cases, case_layouts(done.files, done.cases))
-    (fold,) = folds(done.cases, done.part, SplitKind.GEOMETRY)
-    options = paper_options(0, 0, epochs=1)
-    (tested,) = networks_on_folds(material, [(fold, options)], tmp_path, 60.0)
+def test_what_a_network_says_is_what_its_weights_say(train, tmp_path):
+    """Compared with torch, of the checkpoint that the training left."""
+    [tested], every = train(tmp_path)
     (checkpoint,) = (tmp_path / CHECKPOINTS).glob("*/checkpoint.pt")
     stored = torch.load(io.BytesIO(checkpoint.read_bytes()[CHECKSUM_DIGITS:]), weights_only=True)
-    asked = material.sequences(options.features).chosen(fold.test)
+    asked, options = every.chosen(train.fold.test), paper_options(0, 0)
     network = LstmNetwork(asked.rows.shape[1], options.hidden, options.layers)
     network.load_state_dict(stored["best"])
     with torch.inference_mode():
         told = torch.sigmoid(network(torch.from_numpy(asked.padded()))).numpy()
     within = np.arange(told.shape[1]) < asked.counts[:, None]
     assert tested.probabilities[within] == pytest.approx(told[within], abs=1e-5)
-    safe = items_safe_by([tested], fold, done.cases)
+    safe = items_safe(tested.probabilities, asked.counts)
     assert (safe == items_safe(told, asked.counts)).mean() > 0.99
 
 
-def test_without_checkpoints_nothing_is_trained_again(done, tmp_path):
-    material = Material(done.cases, case_layouts(done.files, done.cases))
-    (fold,) = folds(done.cases, done.part, SplitKind.GEOMETRY)
-    wanted = [(fold, paper_options(0, 0, epochs=1))]
-    (before,) = networks_on_folds(material, wanted, tmp_path, 60.0)
+def test_without_checkpoints_nothing_is_trained_again(train, tmp_path):
+    [before], _ = train(tmp_path)
     shutil.rmtree(tmp_path / CHECKPOINTS)
-    (after,) = networks_on_folds(material, wanted, tmp_path, 60.0)
-    assert after.effort == before.effort
+    [after], _ = train(tmp_path)
+    assert after[:-1] == before[:-1]
     assert (after.probabilities == before.probabilities).all()
     assert not (tmp_path / CHECKPOINTS).exists()
 
 
-def test_all_learn_on_all_splits(done):
-    for kind, split in done.splits.items():
-        expected = {MEMORISER, LSTM_1}
-        expected |= set() if kind is SplitKind.FEWER else {LSTM_E}
-        expected |= {SUPPORT} if kind is SplitKind.LIST else set()
-        assert set(split.rights) == expected
-        assert split.rights[MEMORISER].shape == (1, 18)
-        assert split.rights[LSTM_1].shape == (2, 18)
-        assert len(split.folds) == (3 if kind is SplitKind.LIST else 1)
-        assert len(split.efforts[LSTM_1]) == 2 * len(split.folds)
-        assert all(effort.epochs == 2 for effort in split.efforts[LSTM_1])
+def test_all_learn_on_all_splits(found):
+    trained = {(row.name, row.split): row.trainings for row in found.learned}
+    assert trained == {
+        ("memoriser", "file"): "0, 0 cut off", ("LSTM_1", "file"): "2, 0 cut off",
+        ("memoriser", "file, fewer"): "0, 0 cut off", ("LSTM_1", "file, fewer"): "2, 0 cut off",
+        ("memoriser", "geometry"): "0, 0 cut off", ("LSTM_1", "geometry"): "2, 0 cut off",
+        ("memoriser", "item list"): "0, 0 cut off", ("LSTM_1", "item list"): "6, 0 cut off",
+        ("LSTM_e", "file"): "5, 0 cut off", ("LSTM_e", "geometry"): "5, 0 cut off",
+        ("LSTM_e", "item list"): "15, 0 cut off", ("support", "item list"): "3, 0 cut off",
+    }  # fmt: skip
+    assert all({*row.epochs} <= {2} for row in found.learned)
+    assert [row.trainings for row in found.splits] == [1, 1, 1, 3]
 
 
 def test_networks_are_those_of_table_4():
-    assert [own["hidden"] for own in NETWORKS] == [125, 175, 150, 150, 200]
-    rates = [own["learning_rate"] for own in NETWORKS]
+    assert [own["hidden"] for own in TABLE_4.networks] == [125, 175, 150, 150, 200]
+    rates = [own["learning_rate"] for own in TABLE_4.networks]
     assert rates == [0.35e-3, 0.15e-3, 0.67e-3, 0.19e-3, 0.71e-3]
     options = paper_options(1, 4)
     assert (options.hidden, options.layers, options.learning_rate) == (175, 2, 0.15e-3)
     assert (str(options.features), options.symmetries, options.epochs) == ("plain", 1, 700)
 
 
-def test_a_second_run_judges_and_trains_nothing(done, work):
-    def files():
+def test_a_second_run_judges_and_trains_nothing(found, run, work):
+    def written():
         return {path: path.stat().st_mtime_ns for path in work.rglob("*.p*") if path.is_file()}
 
-    judged = files()
-    again = replicated(work)
-    assert files() == judged
-    for kind, split in done.splits.items():
-        for name, right in split.rights.items():
-            assert (again.splits[kind].rights[name] == right).all()
+    before = written()
+    assert run() == found
+    assert written() == before
 
 
-def test_the_summary_counts_what_was_judged(done, found):
-    tests = done.tests
-    [(row,)] = found.together("SME")
-    assert row.accuracy[ALL].value == pytest.approx(done.rights["sme"].mean())
-    assert row.paper == pytest.approx(0.8356)
-    s1 = (tests["scenario"] == "S1").to_numpy()
-    split = done.splits[SplitKind.FILE]
-    learnt = found.learnt(LSTM_1, SplitKind.FILE.words)
-    assert learnt.accuracy["S1"].value == pytest.approx(split.rights[LSTM_1][:, s1].mean())
-    assert learnt.with_twin.n + learnt.without_twin.n == 18
-    assert [count.test for count in found.counts] == [6, 6, 6]
-    first, second = found.steps[0].changes[:2]
-    fewer = done.splits[SplitKind.FEWER].rights[LSTM_1].mean()
-    assert first.change is None
-    assert second.change.value == pytest.approx(fewer - split.rights[LSTM_1].mean())
+def test_steps_are_compared_with_the_one_before(found):
+    assert [row.test for row in found.counts] == [6, 6, 6]
+    assert [row.validation for row in found.counts] == [3, 3, 3]
+    first, second, *_ = found.changes
+    file, fewer = (found.learnt("LSTM_1", split).accuracy[ALL] for split in ("file", "file, fewer"))
+    assert (first.accuracy, first.change, first.paper) == (file, None, paper_of("LSTM_1")[ALL])
+    assert second.change.value == pytest.approx(fewer.value - file.value)
+    lost = found.answer("LSTM_1 in S1, what is lost by fewer training files")
+    ends = (found.learnt("LSTM_1", split).accuracy["S1"].value for split in ("file", "file, fewer"))
+    assert lost.found.value == pytest.approx(-np.diff([*ends])[0])
 
 
-def test_a_fall_is_the_difference_of_two_accuracies(done):
-    tests = done.tests
+def test_a_fall_is_the_difference_of_two_accuracies(cases):
+    tests = cases[cases["part"] == TEST]
     right = np.zeros((1, len(tests)), bool)
     s1 = (tests["scenario"] == "S1").to_numpy()
     right[0, np.flatnonzero(s1)[:5]] = True
@@ -187,31 +267,41 @@ def test_a_fall_is_the_difference_of_two_accuracies(done):
 def test_the_paper_is_quoted():
     assert paper_of("LSTM_e")["S1"] == pytest.approx(0.9867)
     assert paper_of("no such method") == {}
-    assert {line.paper for line in ALL_LINES} - {""} <= {
-        "FBS", "PBS 0.9", "PBS 0.7", "PBS 0.5", "SME", "PS_3", "PS_5", "PS_opt"
-    }  # fmt: skip
-    for line in ALL_LINES:
-        assert not line.paper or paper_of(line.paper)
+    assert PAPER.keys() <= METHODS.keys()
+    assert {*PAPER.values()} == {row.title for row in paper().rows} - {"LSTM_1", "LSTM_e"}
 
 
-def test_the_page_answers_and_marks_a_quick_run(found, tmp_path):
-    page = Replication().page(Found(found))
-    text = write_page(page, tmp_path / "full").read_text()
+@pytest.mark.parametrize("quick", [False, True])
+def test_the_page_answers(found, tmp_path, quick):
+    page = Replication(quick=quick).page(Found(found))
+    text = write_page(page, tmp_path).read_text()
     answer = text.split("\n\n")[1]
     assert answer.startswith("A memoriser, which only repeats the label of the training file")
     assert "The paper's LSTM_e is right on 98.7 %; trained here" in answer
     assert "when whole item lists are held out" in answer
-    assert len(answer) < 700
-    assert "under-trained" not in text
     assert "Not all readings of PS_3 and PS_5 were judged" in text
-    page = Replication(quick=True).page(Found(found))
-    text = write_page(page, tmp_path / "quick").read_text()
-    assert "under-trained" in text.split("##")[0]
-    assert text.count("under-trained") >= 3
+    assert ("under-trained" in text.split("##")[0]) == quick
+    assert text.count("under-trained") == (4 if quick else 0)
+
+
+def test_the_page_compares_readings(found, tmp_path):
+    [(sme,)] = found.together("SME")
+    paper = {"PS_3, converted": sme.accuracy[ALL].value, "PS_5, literal": sme.accuracy[ALL].value}
+    methods = [
+        dataclasses.replace(sme, title=title, paper=paper.get(title, 0.0)) for title in METHODS
+    ]
+    every = dataclasses.replace(
+        found, methods=methods, unlabelled=1, left_out={"label@bullet": "none is *here*"}
+    )
+    text = write_page(Replication().page(Found(every)), tmp_path).read_text()
+    assert text.count("nearer is the literal reading") == 1
+    assert text.count("nearer is the converted one") == 1
+    assert "`label@bullet`: none is \\*here\\*." in text
+    assert "1 have no label" in text
 
 
 def test_labels_alone_have_a_page(tmp_path):
-    page = Replication().page(Found(labelling=Labelling({1: None, 2: 0}, 5, {"crashed": 1})))
-    text = write_page(page, tmp_path).read_text()
+    labelling = Labelling({1: None, 2: 0}, 5, {"crashed": 1})
+    text = write_page(Replication().page(Found(labelling=labelling)), tmp_path).read_text()
     assert "2 labels are known; the files have 5 distinct cases" in text
     assert "1 crashed" in text

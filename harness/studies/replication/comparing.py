@@ -1,64 +1,97 @@
-"""Rows of the page of the paper's experiment, computed from what was judged and trained."""
+"""The paper's experiment: every method on the same test files, as the rows of its page."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
-from steadyload.labelling.paper_labels import Labelling
+from steadyload.labelling.paper_labels import Labelling, Labels
+from steadyload.layouts.benchmark import Part
+from steadyload.layouts.benchmark.paper_files import PaperFiles
 from steadyload.layouts.model.scenarios import Scenario
 from steadyload.methods.registry import make_method
 from steadyload.reports.columns import column, percent, plain_percent, row, significant
-from steadyload.runs.accuracy import accuracy_of_seeds
+from steadyload.runs.able import able_methods
+from steadyload.runs.accuracy import accuracy_of_seeds, verdicts_against_labels
 from steadyload.runs.comparison import difference
 from steadyload.runs.evaluation import ALL
-from steadyload.runs.labels import item_lists
-from steadyload.runs.paper import paper
+from steadyload.runs.labels import Cases, item_lists
+from steadyload.runs.paper import PaperRow, paper
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import mean, share
+from steadyload.studies.kit import Lab
 from steadyload.studies.replication.methods import (
-    ALL_LINES,
     AS_RUN,
     LSTM_1,
-    LSTM_E,
     MEMORISER,
+    METHODS,
+    PAPER,
     PS_OPT,
     READINGS,
     SUPPORT,
-    Line,
 )
-from steadyload.studies.replication.splits import TABLE_2, TEST, VALIDATION, SplitKind
-
-if TYPE_CHECKING:
-    from steadyload.studies.replication.judging import Replicated, Rights
-
+from steadyload.studies.replication.splits import (
+    TABLE_2,
+    TEST,
+    VALIDATION,
+    Mask,
+    Rights,
+    Sizes,
+    SplitKind,
+    case_layouts,
+    draw_parts,
+    folds,
+    labelled_cases,
+    labelled_tests,
+    with_twin,
+)
 
 Groups = Mapping[str, Estimate]
 """Estimates by scenario, and of all test files; all are clustered by item list."""
 
 SCENARIOS = tuple(map(str, Scenario))
 
+_SHARD = 50
 
-def _ends(ends: tuple[int, int]) -> str:
+_NETWORKS = {
+    "LSTM_1, split by file": (LSTM_1, SplitKind.FILE),
+    "fewer training files": (LSTM_1, SplitKind.FEWER),
+    "split by geometry": (LSTM_1, SplitKind.GEOMETRY),
+    "split by item list": (LSTM_1, SplitKind.LIST),
+    "features of support": (SUPPORT, SplitKind.LIST),
+    "more item lists: our lstm_1": ("our lstm_1", ""),
+}
+"""From LSTM_1 as in the paper to ours: what it is, and its split."""
+
+_LOST = {
+    "fewer training files": (SplitKind.FILE, SplitKind.FEWER),
+    "no twins in training, as many files": (SplitKind.FEWER, SplitKind.GEOMETRY),
+    "item lists held out instead of geometries": (SplitKind.GEOMETRY, SplitKind.LIST),
+}
+
+
+def _ends(numbers: Sequence[int]) -> str:
     """``3``, or ``3 to 5``: the least and the greatest."""
-    return " to ".join(map(str, dict.fromkeys(ends)))
+    return " to ".join(map(str, dict.fromkeys((min(numbers), max(numbers)))))
 
 
 @row
 class MethodRow:
-    """A method that learns nothing here."""
+    """A method that learns nothing here.
 
-    spec: str
+    ``is_reading``: whether it is PS_3, PS_5 or PS_opt as the authors may have run them.
+    """
+
     title: str = column("method")
     accuracy: Groups = column("{} %", percent)
     paper: float | None = column("the paper, all %", plain_percent)
     without_verdict: int = column("no verdict")
     cpu_ms: float = column("CPU ms", significant)
+    is_reading: bool
 
     @property
     def test_files(self) -> int:
@@ -75,8 +108,10 @@ class MethodRow:
 class LearnedRow:
     """Something that learnt from the training part of a split, see :class:`SplitKind`.
 
-    ``with_twin``, ``without_twin``: on the test files of all scenarios whose geometry is in the
-    training of their scenario, or is not.
+    Attributes:
+        with_twin, without_twin: on the test files of all scenarios whose geometry is in the
+            training of their scenario, or is not.
+        epochs, best: of every training; none of what has no epochs.
     """
 
     name: str = column("method")
@@ -84,36 +119,20 @@ class LearnedRow:
     accuracy: Groups = column("{} %", percent)
     with_twin: Estimate = column("with a twin %", percent)
     without_twin: Estimate = column("without %", percent)
-
-
-@row
-class PrintedRow:
-    """The paper's own accuracies of a network."""
-
-    name: str = column("the paper")
-    accuracy: Mapping[str, float] = column("{} %", plain_percent)
+    trainings: str = column(left=False)
+    epochs: Sequence[int] = column(form=_ends)
+    best: Sequence[int] = column("best epoch", _ends)
+    hours: float = column(form=significant)
 
 
 @row
 class SplitRow:
-    """A split: its trainings, their cases (least and most), and the test files with a twin."""
+    """A split: its trainings, the cases of each, and the test files with a twin."""
 
     split: str = column("split by")
     trainings: int = column()
-    cases: tuple[int, int] = column("training cases", _ends)
+    cases: Sequence[int] = column("training cases", _ends)
     twins: Groups = column("{}, twin in training %", percent)
-
-
-@row
-class TrainingRow:
-    """The trainings of one kind on one split; of epochs the least and the most."""
-
-    name: str = column("network")
-    split: str = column("split by")
-    trainings: str = column(left=False)
-    epochs: tuple[int, int] = column(form=_ends)
-    best: tuple[int, int] = column("best epoch", _ends)
-    hours: float = column(form=significant)
 
 
 @row
@@ -122,28 +141,20 @@ class Answer:
 
     about: str = column("difference, in points")
     found: Estimate = column("here", percent)
-    paper: float | None = column("the paper", plain_percent)
+    paper: float | None = column("the paper", plain_percent, default=None)
 
 
 @row
 class Change:
-    """A step from the paper's set-up of a method to ours; ``change``: to the step before, on the
-    same files.
+    """A step from a method of the paper, with its accuracy there, to ours; ``change``: to the step
+    before, on the same files.
     """
 
     of: str
+    paper: float
     title: str
     accuracy: Estimate = column("accuracy %", percent)
     change: Estimate | None = column("change, points", percent)
-
-
-@row
-class Steps:
-    """Steps from the paper's set-up of a method to ours, and the paper's accuracy."""
-
-    of: str
-    paper: float
-    changes: tuple[Change, ...]
 
 
 @row
@@ -162,18 +173,9 @@ class CountRow:
 class Results:
     """Accuracies of everything that was judged and trained.
 
-    Attributes:
-        files, geometries, lists: of the data set as it was used.
-        unlabelled: files by scenario without a label.
-        counts: by scenario.
-        methods: rules and simulations.
-        printed: the paper's figures of networks that are trained here.
-        learned: what learnt, by name and split.
-        splits: of the test.
-        trainings: by split and name.
-        answers: differences that answer the question of the page.
-        steps: of LSTM_1 and of PS_opt, as far as they were judged.
-        left_out: by spec, the reason why a method cannot judge.
+    ``files``, ``geometries``, ``lists`` are those that took part, ``unlabelled`` files by scenario
+    without a label. ``printed`` are the paper's figures of what is trained here. ``left_out`` has
+    the reasons why methods cannot judge, by spec.
     """
 
     files: int
@@ -182,18 +184,12 @@ class Results:
     unlabelled: int
     counts: Sequence[CountRow]
     methods: Sequence[MethodRow]
-    printed: Sequence[PrintedRow]
+    printed: Sequence[PaperRow]
     learned: Sequence[LearnedRow]
     splits: Sequence[SplitRow]
-    trainings: Sequence[TrainingRow]
     answers: Sequence[Answer]
-    steps: Sequence[Steps]
+    changes: Sequence[Change]
     left_out: Mapping[str, str]
-
-    @property
-    def best(self) -> PrintedRow:
-        """The paper's best network of those that are trained here."""
-        return self.printed[-1]
 
     def together(self, *titles: str) -> list[tuple[MethodRow, ...]]:
         """The rows of some methods as one tuple; none where one of them was not judged."""
@@ -208,27 +204,6 @@ class Results:
         """The answer to a question."""
         return next(one for one in self.answers if one.about == about)
 
-    @property
-    def readings(self) -> list[MethodRow]:
-        """The readings of the paper's simulations."""
-        rows = {one.spec: one for one in self.methods}
-        return [rows[line.spec] for line in (*READINGS, *AS_RUN) if line.spec in rows]
-
-    @property
-    def others(self) -> list[MethodRow]:
-        """The other methods."""
-        return [one for one in self.methods if one not in self.readings]
-
-    @property
-    def tested(self) -> tuple[int, int]:
-        """Test files of a scenario, the least and the greatest number."""
-        return _range(one.test for one in self.counts)
-
-    @property
-    def validation(self) -> Mapping[str, int]:
-        """Files by scenario that the paper's Table 2 has for validation."""
-        return {name: sum(size.validation) for name, size in TABLE_2.items()}
-
 
 @dataclass(frozen=True)
 class Found:
@@ -239,72 +214,122 @@ class Found:
     made_with: Mapping[str, str] = field(default_factory=dict)
 
 
-def summarise(done: Replicated) -> Results:
-    """The rows of a replication."""
-    tests, table, splits = done.tests, done.files.table, done.splits
-    lines = {str(make_method(line.spec).spec): line for line in ALL_LINES}
-    keys = pd.MultiIndex.from_frame(tests[["name", "scenario"]])
-    methods = []
-    for own in done.judged.methods:
-        spec, said = own.method.spec, done.judged.judged.said[own.method.spec]
-        line = lines.get(spec, Line(spec, own.method.title))
-        methods.append(
-            MethodRow(
-                line.spec,
-                line.title,
-                by_group(done.rights[spec], tests),
-                paper_of(line.paper).get(ALL),
-                int(said.isna().reindex(keys).sum()),
-                own.cpu.value,
-            )
-        )
-    names = dict.fromkeys(name for split in splits.values() for name in split.rights)
-    learned = [
-        LearnedRow(
-            name,
-            kind.words,
-            by_group(split.rights[name], tests),
-            _accuracy(split.rights[name], tests, split.twins),
-            _accuracy(split.rights[name], tests, ~split.twins),
-        )
-        for name in names
-        for kind, split in splits.items()
-        if name in split.rights
-    ]
+def replicate(
+    lab: Lab,
+    files: PaperFiles,
+    labels: Labels,
+    *,
+    seed: int,
+    methods: tuple[str, ...] = (),
+    sizes: Sizes = TABLE_2,
+    **training: Any,
+) -> Results:
+    """Judge and train what is missing; an interrupted run is resumed.
+
+    Args:
+        lab: where it is judged and trained.
+        files: the data set.
+        labels: of its cases.
+        seed: of the splits.
+        methods: specs that are judged; empty for those of the page.
+        sizes: of the held-out parts, by scenario.
+        training: see :func:`steadyload.studies.replication.learning.learn`.
+
+    Raises:
+        SplitError: too few files are labelled.
+        SpecError, EngineNotInstalledError: a named method cannot judge.
+        LearnerError: a folder holds another training.
+        ResultsError, WorkerDiedError: see :func:`steadyload.runs.runner.run_study`.
+    """
+    from steadyload.studies.replication.learning import learn  # only this needs the extra
+
+    cases = labelled_cases(files, labels)
+    cases["part"] = draw_parts(cases, seed=seed, sizes=sizes)
+    test = (cases["part"] == TEST).to_numpy(bool)
+    tests = cases[test]
+    rights: dict[tuple[str, str], Rights] = {}
+    rows, left_out = _judged(lab, files, tests, methods, rights)
+    learned = learn(lab, cases, case_layouts(files, cases), **training)
+    rights |= {key: own.right[:, test] for key, own in learned.items()}
+    parts = {kind: folds(cases, kind) for kind in SplitKind}
+    twins = {kind: with_twin(cases, own)[test] for kind, own in parts.items()}
+    names = dict.fromkeys(name for name, _ in learned)
     return Results(
-        files=len(table),
-        geometries=table["geometry"].nunique(),
+        files=len(files.table),
+        geometries=files.table["geometry"].nunique(),
         lists=tests["instance"].nunique(),
-        unlabelled=len(table) * len(SCENARIOS) - len(done.cases),
-        counts=[_counts(done, scenario) for scenario in SCENARIOS],
-        methods=methods,
-        printed=[PrintedRow(name, paper_of(name)) for name in (LSTM_1, LSTM_E) if name in names],
-        learned=learned,
+        unlabelled=len(files.table) * len(SCENARIOS) - len(cases),
+        counts=[_counts(scenario, own) for scenario, own in cases.groupby("scenario")],
+        methods=rows,
+        printed=[each for each in paper().rows if each.title in names],
+        learned=[
+            LearnedRow(
+                name,
+                kind.words,
+                by_group(rights[name, kind], tests),
+                _accuracy(rights[name, kind], tests, twins[kind]),
+                _accuracy(rights[name, kind], tests, ~twins[kind]),
+                f"{len(own)}, {sum(each.cut_off for each in own)} cut off",
+                [each.epochs for each in own],
+                [each.best_epoch for each in own],
+                sum(each.seconds for each in own) / 3600.0,
+            )
+            for name in names
+            for (of, kind), (_, own) in learned.items()
+            if of == name
+        ],
         splits=[
             SplitRow(
                 kind.words,
-                len(split.folds),
-                _range(int(fold.train.sum()) for fold in split.folds),
-                by_group(split.twins[None], tests, SCENARIOS),
+                len(own),
+                [int(fold.train.sum()) for fold in own],
+                by_group(twins[kind][None], tests, SCENARIOS),
             )
-            for kind, split in splits.items()
+            for kind, own in parts.items()
         ],
-        trainings=[
-            TrainingRow(
-                name,
-                kind.words,
-                f"{len(own)}, {sum(each.cut_off for each in own)} cut off",
-                _range(each.epochs for each in own),
-                _range(each.best_epoch for each in own),
-                sum(each.seconds for each in own) / 3600.0,
-            )
-            for kind, split in splits.items()
-            for name, own in split.efforts.items()
+        answers=list(_answers(rights, tests)),
+        changes=[
+            *_changes(LSTM_1, _NETWORKS, rights, tests),
+            *_changes("PS_opt", {title: (title, "") for title in PS_OPT}, rights, tests),
         ],
-        answers=_answers(done),
-        steps=_steps(done),
-        left_out=done.left_out,
+        left_out=left_out,
     )
+
+
+def _judged(
+    lab: Lab,
+    files: PaperFiles,
+    tests: pd.DataFrame,
+    methods: tuple[str, ...],
+    rights: dict[tuple[str, str], Rights],
+) -> tuple[list[MethodRow], Mapping[str, str]]:
+    """Rows of the methods that learn nothing, and the reasons why others of them cannot judge.
+
+    On which test files a method is right is entered under its title; twins share a verdict in S1.
+    """
+    named, left_out = able_methods(methods, METHODS.values)
+    evaluation = lab.judge(
+        named, Cases(labelled_tests(files, tests), Part.TEST), folder="judged", name="replication",
+        shard_size=_SHARD,
+    )  # fmt: skip
+    titles = {str(make_method(spec).spec): title for title, spec in METHODS.items()}
+    cases, rows = pd.MultiIndex.from_frame(tests[["name", "scenario"]]), []
+    for own in evaluation.methods:
+        title = titles.get(own.method.spec, own.method.title)
+        said = evaluation.judged.said[own.method.spec].reindex(cases)
+        right = verdicts_against_labels(said, tests)["right"].to_numpy(bool)[None]
+        rights[title, ""] = right
+        rows.append(
+            MethodRow(
+                title,
+                by_group(right, tests),
+                paper_of(PAPER.get(title, "")).get(ALL),
+                int(said.isna().sum()),
+                own.cpu.value,
+                title in READINGS | AS_RUN,
+            )
+        )
+    return rows, left_out
 
 
 def paper_of(title: str) -> Mapping[str, float]:
@@ -314,14 +339,13 @@ def paper_of(title: str) -> Mapping[str, float]:
 
 def by_group(
     right: Rights, tests: pd.DataFrame, groups: Sequence[str] = (*SCENARIOS, ALL)
-) -> dict[str, Estimate]:
+) -> Groups:
     """Accuracy by scenario and of all, the mean over seeds."""
     of = tests["scenario"].to_numpy()
-    masks = {group: (of == group) | (group == ALL) for group in groups}
-    return {group: _accuracy(right, tests, mask) for group, mask in masks.items()}
+    return {group: _accuracy(right, tests, (of == group) | (group == ALL)) for group in groups}
 
 
-def _accuracy(right: Rights, tests: pd.DataFrame, mask: NDArray[np.bool_]) -> Estimate:
+def _accuracy(right: Rights, tests: pd.DataFrame, mask: Mask) -> Estimate:
     return accuracy_of_seeds(right[:, mask], item_lists(tests)[mask])
 
 
@@ -332,72 +356,45 @@ def fall(right: Rights, tests: pd.DataFrame) -> Estimate:
     return mean(right.mean(axis=0) * weights, item_lists(tests))
 
 
-def _answers(done: Replicated) -> list[Answer]:
-    tests, splits, found = done.tests, done.splits, []
+def _answers(rights: Mapping[tuple[str, str], Rights], tests: pd.DataFrame) -> Iterable[Answer]:
     first = (tests["scenario"] == Scenario.S1).to_numpy(bool)
-    lists = item_lists(tests)[first]
-    pairs = (
-        (SplitKind.FILE, SplitKind.FEWER, "fewer training files"),
-        (SplitKind.FEWER, SplitKind.GEOMETRY, "no twins in training, as many files"),
-        (SplitKind.GEOMETRY, SplitKind.LIST, "item lists held out instead of geometries"),
-    )
     for name in (LSTM_1, MEMORISER):
-        for one, other, about in pairs:
-            a, b = (splits[kind].rights[name][:, first] for kind in (one, other))
-            lost = difference(a, b, lists)
-            found.append(Answer(f"{name} in S1, what is lost by {about}", lost, None))
+        for about, kinds in _LOST.items():
+            one, other = (rights[name, kind][:, first] for kind in kinds)
+            lost = difference(one, other, item_lists(tests)[first])
+            yield Answer(f"{name} in S1, what is lost by {about}", lost)
     printed = paper_of(LSTM_1)
     papers = printed["S1"] - (printed["S2a"] + printed["S2b"]) / 2.0
     for name in (LSTM_1, MEMORISER):
         for kind in (SplitKind.FILE, SplitKind.LIST):
             beside = papers if (name, kind) == (LSTM_1, SplitKind.FILE) else None
             about = f"{name}, fall from S1 to S2, split by {kind.words}"
-            found.append(Answer(about, fall(splits[kind].rights[name], tests), beside))
-    return found
+            yield Answer(about, fall(rights[name, kind], tests), beside)
 
 
-def _steps(done: Replicated) -> list[Steps]:
-    own = {kind: split.rights for kind, split in done.splits.items()}
-    networks = {
-        "LSTM_1, split by file": own[SplitKind.FILE][LSTM_1],
-        "fewer training files": own[SplitKind.FEWER][LSTM_1],
-        "split by geometry": own[SplitKind.GEOMETRY][LSTM_1],
-        "split by item list": own[SplitKind.LIST][LSTM_1],
-        "features of support": own[SplitKind.LIST][SUPPORT],
-    }
-    shipped = done.rights.get("lstm_1")
-    if shipped is not None:
-        networks["more item lists: our lstm_1"] = shipped
-    specs = {line.title: str(make_method(line.spec).spec) for line in PS_OPT}
-    simulations = {t: done.rights[spec] for t, spec in specs.items() if spec in done.rights}
-    return [
-        Steps(of, paper_of(of)[ALL], tuple(_changes(of, steps, done.tests)))
-        for of, steps in ((LSTM_1, networks), ("PS_opt", simulations))
-        if steps
-    ]
-
-
-def _changes(of: str, steps: Mapping[str, Rights], tests: pd.DataFrame) -> Iterable[Change]:
+def _changes(
+    of: str,
+    steps: Mapping[str, tuple[str, str]],
+    rights: Mapping[tuple[str, str], Rights],
+    tests: pd.DataFrame,
+) -> Iterable[Change]:
+    """Steps, as far as they were judged; each has the key of what is right after it."""
     lists, before = item_lists(tests), None
-    for title, right in steps.items():
-        change = None if before is None else difference(right, before, lists)
-        yield Change(of, title, accuracy_of_seeds(right, lists), change)
-        before = right
+    for title, key in steps.items():
+        if key in rights:
+            change = None if before is None else difference(rights[key], before, lists)
+            accuracy = accuracy_of_seeds(rights[key], lists)
+            yield Change(of, paper_of(of)[ALL], title, accuracy, change)
+            before = rights[key]
 
 
-def _counts(done: Replicated, scenario: str) -> CountRow:
-    own = done.cases[done.cases["scenario"] == scenario]
-    held = done.part.loc[own.index].value_counts()
+def _counts(scenario: str, own: pd.DataFrame) -> CountRow:
+    held = own["part"].value_counts()
     return CountRow(
         scenario,
         len(own),
-        int(own["content"].nunique()),
+        own["content"].nunique(),
         share(own["failing_step"].isna(), item_lists(own)),
         int(held[VALIDATION]),
         int(held[TEST]),
     )
-
-
-def _range(values: Iterable[int]) -> tuple[int, int]:
-    known = list(values)
-    return min(known), max(known)

@@ -5,22 +5,20 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 import pyarrow as pa
 import torch
-from numpy.typing import NDArray
 
 from steadyload.layouts.model.layout import Layout
 from steadyload.learners.features import Array32, FeatureKind, features
 from steadyload.learners.inference import Network
 from steadyload.learners.options import TrainingOptions, options_from, training_preset
 from steadyload.learners.ranges import extent_of, trained_ranges
-from steadyload.learners.scoring import items_safe
 from steadyload.learners.sequences import Sequences
 from steadyload.learners.training import VERSION, Training
 from steadyload.methods.contract.spec import as_plain
@@ -30,61 +28,30 @@ from steadyload.runs.provenance import key_of
 from steadyload.runs.store import CHECKPOINTS, Store, locked, parquet
 from steadyload.studies.replication.splits import Fold, steps_safe
 
-NETWORKS = training_preset("paper-ensemble").networks
-"""Hidden size and learning rate of the networks of Table 4; the first one is LSTM_1."""
+PAPER = training_preset("paper-ensemble")
+"""Options of the networks of Table 4, and the size and learning rate of each; the first one is
+LSTM_1."""
 
 PATIENCE = 100
 """Epochs without a better one before a training ends; the paper trains for all 700."""
 
-Steps = NDArray[np.int64]
-"""Items that a network says are placed safely, (cases,)."""
 
-
-@dataclass(frozen=True, slots=True)
-class Effort:
-    """Epochs that a training took, the best of them, its time [s], and whether time cut it off."""
-
-    epochs: int
-    best_epoch: int
-    seconds: float
-    cut_off: bool
-
-
-@dataclass(frozen=True)
-class Material:
-    """Labelled cases as sequences of features, made once for each kind of features.
+def sequences_of(cases: pd.DataFrame, layouts: Sequence[Layout], kind: FeatureKind) -> Sequences:
+    """Labelled cases as sequences of features.
 
     Args:
         cases: of :func:`steadyload.studies.replication.splits.labelled_cases`.
         layouts: of the cases, in their order.
+        kind: of the features.
     """
-
-    cases: pd.DataFrame
-    layouts: Sequence[Layout]
-
-    def sequences(self, kind: FeatureKind) -> Sequences:
-        """All cases, in their order."""
-        return _sequences(self, kind)
-
-    def __hash__(self) -> int:
-        return id(self)
-
-    def __eq__(self, other: object) -> bool:
-        return self is other
-
-
-@cache
-def _sequences(material: Material, kind: FeatureKind) -> Sequences:
-    rows, extents = [], []
-    for layout in material.layouts:
-        rows.append(features(layout, kind))
-        extents.append(
-            extent_of(
-                layout.lower, layout.upper, layout.weights, layout.mass_offsets,
-                layout.floor.corners, max(layout.pallet.size),
-            )
-        )  # fmt: skip
-    cases = material.cases
+    rows = [features(layout, kind) for layout in layouts]
+    extents = [
+        extent_of(
+            layout.lower, layout.upper, layout.weights, layout.mass_offsets,
+            layout.floor.corners, max(layout.pallet.size),
+        )
+        for layout in layouts
+    ]  # fmt: skip
     return Sequences(
         kind=kind,
         rows=np.concatenate(rows),
@@ -102,16 +69,15 @@ def paper_options(member: int, seed: int, **changes: Any) -> TrainingOptions:
     """The options of a network of Table 4, with some changed.
 
     Args:
-        member: of :data:`NETWORKS`.
+        member: its place in the table, from 0.
         seed: of the training.
         changes: of the options.
 
     Raises:
         LearnerError: a change that is not allowed.
     """
-    preset = training_preset("paper-ensemble")
-    own = {**preset.networks[member], "seed": seed, "patience": PATIENCE}
-    return options_from(as_plain(preset.options) | own | changes, where="replication")
+    own = {**PAPER.networks[member], "seed": seed, "patience": PATIENCE}
+    return options_from(as_plain(PAPER.options) | own | changes, where="replication")
 
 
 @dataclass(frozen=True)
@@ -119,17 +85,15 @@ class NetworkTraining(SinglePart):
     """The training of a network on a fold of a split, and what it says of the fold's test.
 
     Attributes:
-        key: of its shard: a hash of all that it depends on.
-        fold: number and kind of its fold, and the size of the network, for messages.
+        fold: kind and number of its fold, for messages and the name of its checkpoint.
         options: of the network.
         learnt: what it learns from.
         stopping: what says which epoch is best.
         asked: what it is tested on.
-        folder: of its checkpoint.
+        folder: of checkpoints.
         budget: seconds of CPU time, over all runs.
     """
 
-    key: str
     fold: str
     options: TrainingOptions
     learnt: Sequences
@@ -138,67 +102,83 @@ class NetworkTraining(SinglePart):
     folder: Path
     budget: float
 
-    @classmethod
-    def of(
-        cls, fold: Fold, options: TrainingOptions, material: Material, work: Path, budget: float
-    ) -> NetworkTraining:
-        """The training of a network on a fold, with its checkpoint below ``work``."""
-        every = material.sequences(options.features)
-        learnt, stopping, asked = map(every.chosen, (fold.train, fold.validation, fold.test))
-        identity = [as_plain(options), learnt.fingerprint(), stopping.fingerprint()]
-        key = key_of(
+    @cached_property
+    def key(self) -> str:
+        """The key of its row: a hash of all that it depends on."""
+        plain = as_plain(self.options)
+        identity = [plain, self.learnt.fingerprint(), self.stopping.fingerprint()]
+        return key_of(
             {
                 "training": json.loads(json.dumps(identity, default=str)),
-                "tested on": asked.fingerprint(),
-                "budget": budget,
+                "tested on": self.asked.fingerprint(),
+                "budget": self.budget,
                 "version": VERSION,
                 "torch": torch.__version__.partition("+")[0],
             }
         )
-        return cls(
-            key,
-            f"{fold.kind} {fold.number}, {options.hidden} cells",
-            options,
-            learnt,
-            stopping,
-            asked,
-            work / f"{fold.kind}-{fold.number}-{options.features}-{options.hidden}-{key}",
-            budget,
-        )
 
     def describe(self, part: int) -> str:
         """Description of the training for messages."""
-        return self.fold
+        return f"{self.fold}, {self.options.hidden} cells"
 
-
-@dataclass(frozen=True)
-class FoldNetwork:
-    """Probabilities that a trained network gives the test of its fold, and its effort.
-
-    Attributes:
-        effort: of its training.
-        probabilities: that steps are unstable, (cases, most items), by case of the fold's test.
-    """
-
-    effort: Effort
-    probabilities: Array32
+    def measure(self) -> Iterator[dict[str, Any]]:
+        """Train with one thread, go on from a checkpoint if there is one, and test: one row."""
+        torch.set_num_threads(1)
+        name = f"{self.fold}-{self.options.features}-{self.options.hidden}-{self.key}"
+        with locked(self.folder / name):
+            training = Training(
+                self.folder / name, self.options, self.learnt, self.stopping, held_out=None
+            )
+            trained = training.run(budget=self.budget)
+        last = trained.history[-1]
+        told = Network(trained.arrays).probabilities_of_many(self.asked.padded())
+        told[np.arange(told.shape[1]) >= self.asked.counts[:, None]] = 0.0
+        yield {
+            "epochs": last.number,
+            "best_epoch": last.best_epoch,
+            "seconds": last.seconds,
+            "cut_off": not training.finished,
+            "cases": len(told),
+            "probabilities": told.ravel(),
+        }
 
 
 _TESTED = pa.schema(
     [
-        pa.field("epochs", pa.int32(), nullable=False),
-        pa.field("best_epoch", pa.int32(), nullable=False),
-        pa.field("seconds", pa.float64(), nullable=False),
-        pa.field("cut_off", pa.bool_(), nullable=False),
-        pa.field("cases", pa.int32(), nullable=False),
-        pa.field("probabilities", pa.list_(pa.float32()), nullable=False),
+        pa.field(name, kind, nullable=False)
+        for name, kind in {
+            "epochs": pa.int32(),
+            "best_epoch": pa.int32(),
+            "seconds": pa.float64(),
+            "cut_off": pa.bool_(),
+            "cases": pa.int32(),
+            "probabilities": pa.list_(pa.float32()),
+        }.items()
     ]
 )
 """A network a row; the probabilities of its cases follow each other."""
 
 
+class FoldNetwork(NamedTuple):
+    """A network that was trained and tested on a fold.
+
+    Attributes:
+        epochs: of its training.
+        best_epoch: of these.
+        seconds: of CPU time.
+        cut_off: whether the budget of time ended the training.
+        probabilities: that steps are unstable, (cases, most items), by case of the fold's test.
+    """
+
+    epochs: int
+    best_epoch: int
+    seconds: float
+    cut_off: bool
+    probabilities: Array32
+
+
 def networks_on_folds(
-    material: Material,
+    every: dict[FeatureKind, Sequences],
     wanted: Sequence[tuple[Fold, TrainingOptions]],
     work: Path,
     budget: float,
@@ -206,10 +186,10 @@ def networks_on_folds(
     workers: int = 0,
     progress: Progress = silent,
 ) -> Iterator[FoldNetwork]:
-    """Train and test the networks that are missing, each with one thread, and return all.
+    """Train and test the networks that are missing, and read the others.
 
     Args:
-        material: all cases.
+        every: all cases, by the features of the networks.
         wanted: folds and options of networks.
         work: folder of what networks say, ``tested``, and of checkpoints, :data:`CHECKPOINTS`,
             which an interrupted training continues from.
@@ -228,50 +208,20 @@ def networks_on_folds(
     def units() -> Iterator[NetworkTraining]:
         # One after the other: together their sequences take gigabytes.
         for fold, options in wanted:
-            yield NetworkTraining.of(fold, options, material, work / CHECKPOINTS, budget)
+            all_of = every[options.features].chosen
+            learnt, stopping, asked = map(all_of, (fold.train, fold.validation, fold.test))
+            name = f"{fold.kind}-{fold.number}"
+            yield NetworkTraining(
+                name, options, learnt, stopping, asked, work / CHECKPOINTS, budget
+            )
 
     with locked(work):
         store = Store(work / "tested", parquet(_TESTED))
         survey = store.survey(units())
-        store.complete(units(), _train, workers=workers, progress=progress, survey=survey)
+        store.complete(
+            units(), NetworkTraining.measure, workers=workers, progress=progress, survey=survey
+        )
     for key in survey.keys:
         (row,) = store.read(key).to_dict("records")
-        effort = Effort(*(row[name] for name in ("epochs", "best_epoch", "seconds", "cut_off")))
-        told = np.asarray(row["probabilities"], dtype=np.float32)
-        yield FoldNetwork(effort, told.reshape(row["cases"], -1))
-
-
-def items_safe_by(networks: Sequence[FoldNetwork], fold: Fold, cases: pd.DataFrame) -> Steps:
-    """Items placed safely, by case of the fold's test, by the mean of networks (Eq. 8).
-
-    Args:
-        networks: that were tested on the fold.
-        fold: of a split of ``cases``.
-        cases: of :func:`steadyload.studies.replication.splits.labelled_cases`.
-    """
-    counts = cases.loc[fold.test, "item_count"].to_numpy()
-    return items_safe(np.mean([each.probabilities for each in networks], axis=0), counts)
-
-
-def _train(training: NetworkTraining) -> Iterator[dict[str, Any]]:
-    return (_trained(training) for _ in range(1))
-
-
-def _trained(asked: NetworkTraining) -> dict[str, Any]:
-    torch.set_num_threads(1)
-    with locked(asked.folder):
-        training = Training(
-            asked.folder, asked.options, asked.learnt, asked.stopping, held_out=None
-        )
-        trained = training.run(budget=asked.budget)
-    last = trained.history[-1]
-    told = Network(trained.arrays).probabilities_of_many(asked.asked.padded())
-    told[np.arange(told.shape[1]) >= asked.asked.counts[:, None]] = 0.0
-    return {
-        "epochs": last.number,
-        "best_epoch": last.best_epoch,
-        "seconds": last.seconds,
-        "cut_off": not training.finished,
-        "cases": len(told),
-        "probabilities": told.ravel(),
-    }
+        told = np.asarray(row["probabilities"], dtype=np.float32).reshape(row.pop("cases"), -1)
+        yield FoldNetwork(**row | {"probabilities": told})

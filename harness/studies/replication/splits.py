@@ -7,9 +7,9 @@ splits meets the same files, and what changes is what it has seen.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
 from enum import StrEnum
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -17,13 +17,29 @@ from numpy.typing import NDArray
 
 from steadyload.errors import UserError
 from steadyload.labelling.paper_labels import Labels, content_of
+from steadyload.layouts.benchmark import Benchmark, Part
+from steadyload.layouts.benchmark.dataset import row_of, stored_offsets
 from steadyload.layouts.benchmark.paper_files import PaperFiles
+from steadyload.layouts.benchmark.tables import CASES, OPINIONS
+from steadyload.layouts.model.layout import Layout
 from steadyload.layouts.model.scenarios import Scenario
 from steadyload.statistics.placed import items_placed_by_case
 
 Mask = NDArray[np.bool_]
+Rights = NDArray[np.bool_]
+"""Mask of the test files on which a seed of a method is right, (seeds, files)."""
 
 TEST, VALIDATION = "test", "validation"
+
+Sizes = Mapping[str, Mapping[str, tuple[int, int]]]
+"""By scenario and part, the stable and the unstable files that are held out."""
+
+TABLE_2: Sizes = {
+    "S1": {TEST: (150, 150), VALIDATION: (44, 44)},
+    "S2a": {TEST: (150, 150), VALIDATION: (50, 49)},
+    "S2b": {TEST: (150, 150), VALIDATION: (56, 57)},
+}
+"""As in Table 2 of the paper."""
 
 
 class SplitKind(StrEnum):
@@ -50,24 +66,7 @@ class SplitError(UserError):
     """Too few labelled files for the parts of a split."""
 
 
-@dataclass(frozen=True, slots=True)
-class PartSizes:
-    """Stable and unstable files of a scenario that are held out."""
-
-    test: tuple[int, int] = (150, 150)
-    validation: tuple[int, int] = (44, 44)
-
-
-TABLE_2: Mapping[str, PartSizes] = {
-    str(Scenario.S1): PartSizes(validation=(44, 44)),
-    str(Scenario.S2A): PartSizes(validation=(50, 49)),
-    str(Scenario.S2B): PartSizes(validation=(56, 57)),
-}
-"""Held-out files by scenario, stable and unstable, in Table 2 of the paper."""
-
-
-@dataclass(frozen=True, slots=True)
-class Fold:
+class Fold(NamedTuple):
     """A training of a split: masks over the rows of a table of cases.
 
     ``test`` holds the cases that its networks are tested on; over all folds of a split that is
@@ -84,32 +83,51 @@ class Fold:
 def labelled_cases(files: PaperFiles, labels: Labels) -> pd.DataFrame:
     """A row a file and scenario that is labelled, twins included.
 
-    Columns: ``row``, the file's number; ``scenario``; ``file``, ``instance``, ``number``,
-    ``geometry``, ``item_class`` and ``item_count`` of the file; ``name``, of the layout of the
-    case; ``content``, of it; ``failing_step``, the label. Twins share name and content in S1.
+    Columns: those of the table of files; ``row``, the file's number; ``scenario``; ``name``, of the
+    layout of the case; ``content``, of it; ``failing_step``, the label. Twins share name and
+    content in S1.
     """
     parts = []
     for scenario in map(str, Scenario):
-        rows = files.table.index
-        first = files.distinct(scenario, rows)
-        contents = {row: content_of(files.case(row, scenario)) for row in first}
-        if scenario == Scenario.S1:
-            of = dict(zip(files.table.loc[first, "geometry"], contents.values(), strict=True))
-            content, name = files.table["geometry"].map(of), files.table["geometry"]
-        else:
-            content, name = pd.Series(contents), files.table["file"]
-        known = content.isin(list(labels))
-        steps = [labels[int(value)] for value in content[known]]
-        parts.append(
-            files.table[known].assign(
-                row=rows[known],
-                scenario=scenario,
-                name=name[known],
-                content=content[known],
-                failing_step=pd.array(steps, dtype="Int16"),
-            )
-        )
+        name = files.table["geometry" if scenario == Scenario.S1 else "file"]
+        first = files.distinct(scenario, name.index)
+        contents = [content_of(files.case(row, scenario)) for row in first]
+        content = name.map(dict(zip(name[first], contents, strict=True)))
+        own = files.table.assign(row=name.index, scenario=scenario, name=name, content=content)
+        known = own[content.isin(list(labels))]
+        steps = [labels[int(one)] for one in known["content"]]
+        parts.append(known.assign(failing_step=pd.array(steps, dtype="Int16")))
     return pd.concat(parts, ignore_index=True)
+
+
+def case_layouts(files: PaperFiles, cases: pd.DataFrame) -> list[Layout]:
+    """The layouts of some cases, in their order; twins of S1 share one."""
+    keys = list(zip(cases["scenario"], cases["name"], strict=True))
+    rows = dict(zip(keys, cases["row"], strict=True))
+    made = {key: files.case(row, key[0]) for key, row in rows.items()}
+    return [made[key] for key in keys]
+
+
+def labelled_tests(files: PaperFiles, tests: pd.DataFrame) -> Benchmark:
+    """The distinct cases of the test as a labelled set."""
+    cases = tests.drop_duplicates(["name", "scenario"]).reset_index(drop=True)
+    layouts = case_layouts(files, cases)
+    about = zip(layouts, cases["instance"], cases["item_class"], strict=True)
+    rows = {
+        layout.name: row_of(layout, instance, int(number), (layout.name,))
+        for layout, instance, number in about
+    }
+    table = cases.assign(
+        layout=cases["name"],
+        offsets=list(map(stored_offsets, layouts)),
+        split=str(Part.TEST),
+        rank=cases.groupby("scenario").cumcount(),
+        status="done",
+    ).reindex(columns=[*CASES.names, "instance"])
+    opinions = pd.DataFrame(columns=OPINIONS.names)
+    return Benchmark(
+        pd.DataFrame(rows.values()).set_index("layout"), table, opinions, {"origin": "files"}
+    )
 
 
 def steps_safe(cases: pd.DataFrame) -> NDArray[np.int64]:
@@ -117,15 +135,13 @@ def steps_safe(cases: pd.DataFrame) -> NDArray[np.int64]:
     return items_placed_by_case(cases["failing_step"], cases["item_count"]).to_numpy()
 
 
-def draw_parts(
-    cases: pd.DataFrame, *, seed: int, sizes: Mapping[str, PartSizes] = TABLE_2
-) -> pd.Series:
+def draw_parts(cases: pd.DataFrame, *, seed: int, sizes: Sizes = TABLE_2) -> pd.Series:
     """The part of every case, ``test``, ``validation`` or empty, drawn by scenario.
 
     Args:
         cases: of :func:`labelled_cases`.
         seed: of the draws, 0 or more.
-        sizes: by scenario; others have no held-out cases.
+        sizes: of the parts; other scenarios have no held-out cases.
 
     Raises:
         SplitError: a scenario has too few stable or unstable files.
@@ -134,29 +150,24 @@ def draw_parts(
     for place, (scenario, size) in enumerate(sizes.items()):
         random = np.random.default_rng(np.random.SeedSequence([seed, place]))
         own = cases[cases["scenario"] == scenario]
-        for which, stable in enumerate((True, False)):
-            index = own.index[own["failing_step"].isna() == stable].to_numpy()
-            wanted = {TEST: size.test[which], VALIDATION: size.validation[which]}
-            if len(index) < sum(wanted.values()):
-                raise SplitError(
-                    f"{scenario}: {len(index)} labelled {'stable' if stable else 'unstable'} "
-                    f"files; needed: {sum(wanted.values())}"
-                )
+        for which, word in enumerate(("stable", "unstable")):
+            index = own.index[own["failing_step"].isna() == (word == "stable")].to_numpy()
+            test, both = size[TEST][which], size[TEST][which] + size[VALIDATION][which]
+            if len(index) < both:
+                raise SplitError(f"{scenario}: {len(index)} labelled {word} files; needed: {both}")
             drawn = random.permutation(index)
-            part[drawn[: wanted[TEST]]] = TEST
-            part[drawn[wanted[TEST] : sum(wanted.values())]] = VALIDATION
+            part[drawn[:test]], part[drawn[test:both]] = TEST, VALIDATION
     return part
 
 
-def folds(cases: pd.DataFrame, part: pd.Series, kind: SplitKind) -> tuple[Fold, ...]:
+def folds(cases: pd.DataFrame, kind: SplitKind) -> tuple[Fold, ...]:
     """The trainings of a split.
 
     Args:
-        cases: of :func:`labelled_cases`.
-        part: of :func:`draw_parts`.
+        cases: of :func:`labelled_cases`, with the column ``part`` of :func:`draw_parts`.
         kind: of the split.
     """
-    test, validation = ((part == name).to_numpy(bool) for name in (TEST, VALIDATION))
+    test, validation = ((cases["part"] == name).to_numpy(bool) for name in (TEST, VALIDATION))
     free = ~test & ~validation
     geometry, number = cases["geometry"], cases["number"].to_numpy(int)
     if kind is SplitKind.FILE:
@@ -178,8 +189,9 @@ def folds(cases: pd.DataFrame, part: pd.Series, kind: SplitKind) -> tuple[Fold, 
     return tuple(found)
 
 
-def share_with_twin(cases: pd.DataFrame, fold: Fold) -> Mask:
-    """Mask of the cases whose geometry is in the training part in the same scenario."""
-    key = cases["geometry"] + "\n" + cases["scenario"]
-    found: Mask = key.isin(set(key[fold.train])).to_numpy(bool)
+def with_twin(cases: pd.DataFrame, parts: Iterable[Fold]) -> Mask:
+    """Mask of the tested cases whose geometry is in the training part in the same scenario."""
+    key, found = cases["geometry"] + "\n" + cases["scenario"], np.zeros(len(cases), dtype=bool)
+    for fold in parts:
+        found |= fold.test & key.isin(set(key[fold.train])).to_numpy(bool)
     return found

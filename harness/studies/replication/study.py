@@ -50,7 +50,7 @@ class Replication(Study["Found"]):
         from steadyload.layouts.packing.packing import WeightRule
         from steadyload.learners import require_training
         from steadyload.runs.provenance import provenance_lines
-        from steadyload.studies.replication.comparing import Found, summarise
+        from steadyload.studies.replication.comparing import Found, replicate
 
         if not self.only_labels:
             require_training()
@@ -66,9 +66,7 @@ class Replication(Study["Found"]):
             labels = dict(labelling.labels)
         if self.only_labels:
             return Found(labelling=labelling)
-        from steadyload.studies.replication.judging import replicate
-
-        done = replicate(
+        results = replicate(
             lab,
             files,
             labels,
@@ -79,4 +77,4 @@ class Replication(Study["Found"]):
             ensemble=not self.quick,
             methods=self.methods,
         )
-        return Found(summarise(done), made_with=provenance_lines())
+        return Found(results, made_with=provenance_lines())

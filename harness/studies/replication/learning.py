@@ -1,0 +1,164 @@
+"""Learning from the training part of a split: networks of the paper, and a memoriser."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from steadyload.layouts.model.layout import FloatArray, Layout
+from steadyload.learners.features import FeatureKind
+from steadyload.learners.options import TrainingOptions
+from steadyload.learners.scoring import items_safe
+from steadyload.studies.kit import Lab
+from steadyload.studies.replication.methods import LSTM_1, LSTM_E, MEMORISER, SUPPORT
+from steadyload.studies.replication.networks import (
+    PAPER,
+    FoldNetwork,
+    networks_on_folds,
+    paper_options,
+    sequences_of,
+)
+from steadyload.studies.replication.splits import Fold, Rights, SplitKind, folds, steps_safe
+
+
+class Memoriser:
+    """Labels of training cases, found by the boxes that come first.
+
+    Most alike is the case that begins with the same boxes at the same places for longest: that of a
+    twin where there is one. Of several it is the one whose centres of mass, over these boxes and in
+    shares of their sides, are nearest; of several of these the first. Its failing step is the
+    verdict, and a step beyond the last item of the layout means that it is stable. A layout that
+    nothing begins like is called stable, as most are.
+
+    Args:
+        cases: layouts with their failing steps, None for a stable one.
+    """
+
+    def __init__(self, cases: Iterable[tuple[Layout, int | None]]) -> None:
+        self._steps: list[int | None] = []
+        self._shifts: list[FloatArray] = []
+        self._beginnings: dict[bytes, list[int]] = {}
+        for which, (layout, step) in enumerate(cases):
+            self._steps.append(step)
+            self._shifts.append(_shifts(layout))
+            for beginning in _beginnings(layout):
+                self._beginnings.setdefault(beginning, []).append(which)
+
+    def failing_step(self, layout: Layout) -> int | None:
+        """The failing step of the case most like a layout; None for stable."""
+        for count, beginning in reversed(list(enumerate(_beginnings(layout), start=1))):
+            alike = self._beginnings.get(beginning)
+            if alike:
+                own = _shifts(layout)[:count]
+                apart = [float(np.square(self._shifts[k][:count] - own).sum()) for k in alike]
+                step = self._steps[alike[int(np.argmin(apart))]]
+                return step if step is not None and step < len(layout) else None
+        return None
+
+
+def _shifts(layout: Layout) -> FloatArray:
+    """Centres of mass from the middle, in shares of the sides, (J, 3)."""
+    shifts: FloatArray = layout.mass_offsets / (layout.upper - layout.lower)
+    return shifts
+
+
+def _beginnings(layout: Layout) -> list[bytes]:
+    """For every item the pallet and all boxes up to it, as bytes."""
+    rows = np.hstack([layout.lower, layout.upper]).astype("<f8")
+    whole, start = rows.tobytes(), np.array(layout.pallet.size, "<f8").tobytes()
+    width = rows.shape[1] * rows.itemsize
+    return [start + whole[: width * count] for count in range(1, len(rows) + 1)]
+
+
+class Learned(NamedTuple):
+    """What learnt on a split: on which cases it is right, shape (seeds, cases), those that are not
+    of the test among them as wrong; and its networks.
+    """
+
+    right: Rights
+    networks: Sequence[FoldNetwork] = ()
+
+
+def _ensembles(
+    kind: SplitKind, epochs: int, seeds: int, ensemble: bool
+) -> dict[str, list[list[TrainingOptions]]]:
+    """By name the ensembles that are trained on every fold of a split; see :func:`learn`."""
+    found = {LSTM_1: [[paper_options(0, seed, epochs=epochs)] for seed in range(seeds)]}
+    if ensemble and kind is not SplitKind.FEWER:
+        members = range(len(PAPER.networks))
+        found[LSTM_E] = [[paper_options(member, 0, epochs=epochs) for member in members]]
+    if kind is SplitKind.LIST:
+        found[SUPPORT] = [[paper_options(0, 0, epochs=epochs, features=FeatureKind.SUPPORT)]]
+    return found
+
+
+def learn(
+    lab: Lab,
+    cases: pd.DataFrame,
+    layouts: Sequence[Layout],
+    *,
+    epochs: int,
+    budget: float,
+    seeds: int,
+    ensemble: bool,
+) -> dict[tuple[str, SplitKind], Learned]:
+    """Train and test on every split, by name and split.
+
+    Args:
+        lab: where networks are trained, as far as they are missing.
+        cases: see :func:`steadyload.studies.replication.splits.folds`.
+        layouts: of the cases, in their order.
+        budget: seconds of CPU time of all trainings; all have an equal share.
+        epochs: most epochs of a training.
+        seeds: trainings of LSTM_1 a fold.
+        ensemble: whether LSTM_e is trained.
+
+    Raises:
+        as :func:`steadyload.studies.replication.networks.networks_on_folds`.
+    """
+    made = {kind: folds(cases, kind) for kind in SplitKind}
+    plans = {kind: _ensembles(kind, epochs, seeds, ensemble) for kind in SplitKind}
+    wanted = {
+        (kind, fold.number, options): fold
+        for kind, plan in plans.items()
+        for fold in made[kind]
+        for ensembles in plan.values()
+        for members in ensembles
+        for options in members
+    }
+    tested = networks_on_folds(
+        {kind: sequences_of(cases, layouts, kind) for kind in {o.features for *_, o in wanted}},
+        [(fold, options) for (*_, options), fold in wanted.items()],
+        lab.work,
+        budget / len(wanted),
+        workers=lab.workers,
+        progress=lambda *of: lab.progress("training", *of),
+    )
+    networks = dict(zip(wanted, tested, strict=True))
+    labels, counts, found = steps_safe(cases), cases["item_count"].to_numpy(), {}
+    for kind, plan in plans.items():
+        found[MEMORISER, kind] = Learned(_memorised(cases, layouts, made[kind]))
+        for name, ensembles in plan.items():
+            right, every = np.zeros((len(ensembles), len(cases)), dtype=bool), []
+            for own, members in zip(right, ensembles, strict=True):
+                for fold in made[kind]:
+                    told = [networks[kind, fold.number, options] for options in members]
+                    mean = np.mean([each.probabilities for each in told], axis=0)  # Eq. 8
+                    own[fold.test] = items_safe(mean, counts[fold.test]) == labels[fold.test]
+                    every += told
+            found[name, kind] = Learned(right, every)
+    return found
+
+
+def _memorised(cases: pd.DataFrame, layouts: Sequence[Layout], parts: Sequence[Fold]) -> Rights:
+    """Mask of the cases of the test on which the memoriser is right, (1, cases)."""
+    steps = [None if pd.isna(step) else int(step) for step in cases["failing_step"]]
+    right = np.zeros((1, len(cases)), dtype=bool)
+    for fold in parts:
+        memoriser = Memoriser((layouts[k], steps[k]) for k in np.flatnonzero(fold.train).tolist())
+        for k in np.flatnonzero(fold.test).tolist():
+            right[0, k] = memoriser.failing_step(layouts[k]) == steps[k]
+    return right
