@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from steadyload.reports.charts.drawing import PLAIN_TICKS, Chart, legend
+from steadyload.reports.charts.drawing import PLAIN_TICKS, Chart, legend, set_log_axis
 from steadyload.reports.charts.rows import Along, Field, along, chosen, flat, grouped, value
 from steadyload.reports.style import DASHES, LOOKS
 
@@ -134,7 +134,9 @@ def curves(
                     seen.marker, color=seen.colour, markerfacecolor="white",
                     markersize=_STYLE["markersize"],
                 )  # fmt: skip
-        axes.set(xscale="log" if "x" in log else "linear", yscale="log" if "y" in log else "linear")
+        if "x" in log:
+            set_log_axis(axes)
+        axes.set_yscale("log" if "y" in log else "linear")
         for at in {value(row, limit) for row in members} - {None} if limit else ():
             axes.axhline(at, color="#7f7f7f", linewidth=0.8, linestyle=":")
         if own_y and "y" in log:

@@ -127,12 +127,17 @@ def draw_cost_point(axes: Axes, point: CostPoint, **style: Any) -> None:
     )
 
 
-def set_cost_axis(axes: Axes) -> None:
-    """Let x show costs [ms], logarithmically, with plain numbers."""
+def set_log_axis(axes: Axes) -> None:
+    """Let x be logarithmic, with plain numbers."""
     axes.set_xscale("log")
-    # Says something only where the costs span less than a decade.
+    # Says something only where x spans less than a decade.
     axes.xaxis.set_minor_formatter(_PlainBetween())
     axes.xaxis.set_major_formatter(PLAIN_TICKS)
+
+
+def set_cost_axis(axes: Axes) -> None:
+    """Let x show costs [ms], logarithmically, with plain numbers."""
+    set_log_axis(axes)
     axes.set_xlabel(COST_LABEL)
     axes.grid(visible=True, which="major", linewidth=0.4, alpha=0.6)
 

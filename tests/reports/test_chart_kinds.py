@@ -196,6 +196,15 @@ def test_curves_of_plain_numbers_have_no_intervals_and_skip_what_is_not_there():
     assert not axes.collections
 
 
+def test_a_logarithmic_x_has_plain_numbers():
+    rows = [{"title": "a", "n": n, "ms": 1.0} for n in (3, 20, 700)]
+    figure = curves(rows, "n", "ms", log="x").figure
+    figure.draw_without_rendering()
+    labels = {label.get_text() for label in figure.axes[0].get_xticklabels()}
+    assert {"10", "100"} <= labels
+    assert not any("$" in label for label in labels)
+
+
 def test_curves_over_several_numbers_have_a_panel_each():
     rows = [{"title": "a", "cases": n, "lists": 2 * n, "share": 0.1 * n} for n in (1, 2)]
     figure = curves(
