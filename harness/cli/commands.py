@@ -117,7 +117,7 @@ _OWN = (
 _OF_STUDIES = {
     "report": "study:Report",
     "table5": "table5:Table5",
-    "tuning": "tune:ComparePresets",
+    "speed": "bench:Bench",
 }
 """Study -> its command, where that does more than run it and write its page."""
 

@@ -7,19 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from steadyload.cli.config_file import config_option
 from steadyload.cli.flags import UsageError
 from steadyload.cli.readers import duration, milliseconds
-from steadyload.cli.studies import (
-    configuration,
-    output_option,
-    work_option,
-    workers_option,
-    write,
-)
+from steadyload.cli.studies import workers_option
 from steadyload.cli.terminal import progress_bar, resumable, say
 from steadyload.config import option
-from steadyload.studies.tuning.config import STUDY, TuningConfig
 
 _WORK, _REMADE = Path("runs/tune"), Path("runs/remade")
 
@@ -89,8 +81,9 @@ class Tune:
         from steadyload.methods.tuned import TUNED
         from steadyload.reports.pages.writing import write_page
         from steadyload.runs.provenance import provenance, provenance_lines
-        from steadyload.studies.tuning.page import tuning_page
-        from steadyload.studies.tuning.summary import tuning_of
+        from steadyload.studies.tuning.presets import Found
+        from steadyload.studies.tuning.searching import of_searches
+        from steadyload.studies.tuning.study import Tuning
         from steadyload.tuning.presets import check_remakable, differences, preset, write_preset
         from steadyload.tuning.search import Search
 
@@ -106,8 +99,9 @@ class Tune:
                 search.options = dataclasses.replace(search.options, model=self._cost_model(chosen))
             with progress_bar("searching") as advance:
                 search.run(workers=self.workers, progress=advance, report=say)
-        record = tuning_of([search])
-        print(write_page(tuning_page(record, provenance_lines(search.made_by)), directory))
+        study = Tuning(searches=(directory,), limit=None, write_presets=False)
+        found = Found(**of_searches([search]), made_with=provenance_lines(search.made_by))
+        print(write_page(study.page(found), directory))
         # Compared before it replaces the preset that it is compared with.
         unlike = differences(self.remake, preset(search)) if self.remake else []
         if self.write_preset:
@@ -160,32 +154,3 @@ class Tune:
 def _named(*parts: object, on: Any) -> str:
     """Name of what is made on some cases: its parts, and the further labelled sets."""
     return "-".join((*map(str, parts), *(Path(path).name for path in on.data)))
-
-
-@dataclass(frozen=True, kw_only=True)
-class ComparePresets(TuningConfig):
-    """The study, and whether its searches become presets first."""
-
-    write_presets: bool = option(
-        False, "first make the fittest genotype of all searches on an engine its preset"
-    )
-    work: Path = work_option(STUDY.work)
-    output: Path | None = output_option()
-    workers: int = workers_option(0)
-    config: Path | None = config_option()
-
-    def run(self) -> None:
-        """Judge, write the page, and keep the searches beside it."""
-        from steadyload.tuning.presets import by_worth, write_preset
-        from steadyload.tuning.search import Search
-
-        config = configuration(TuningConfig, self)
-        config.check()
-        searches = [Search.of(folder) for folder in self.searches]
-        if self.write_presets:
-            for best, *_ in by_worth(searches).values():
-                print(write_preset(best))
-        output = self.output or self.work
-        write(STUDY, config, self.work, output, self.workers)
-        for folder, search in zip(self.searches, searches, strict=True):
-            search.ledger.keep(output / "searches" / folder.resolve().name)

@@ -27,7 +27,7 @@ STUDIES: dict[str, str] = {
     "sensitivity": "steadyload.studies.sensitivity.study:Sensitivity",
     "real": "steadyload.studies.real.study:Real",
     "cascade": "steadyload.studies.cascade.study:Cascade",
-    "tuning": "steadyload.studies.tuning.config:STUDY",
+    "tuning": "steadyload.studies.tuning.study:Tuning",
     "learned": "steadyload.studies.learned.config:STUDY",
     "replication": "steadyload.studies.replication.study:Replication",
     "uncertain": "steadyload.studies.uncertain.study:Uncertain",

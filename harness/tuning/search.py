@@ -98,6 +98,11 @@ class Search:
         return search
 
     @property
+    def name(self) -> str:
+        """Name of its folder."""
+        return self._directory.resolve().name
+
+    @property
     def made_by(self) -> Mapping[str, Any]:
         """Versions, source revision and kind of machine at the start of the search."""
         return self.ledger.facts["made_by"]

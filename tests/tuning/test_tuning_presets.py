@@ -11,8 +11,9 @@ from steadyload.methods.contract.spec import SpecError, as_plain
 from steadyload.methods.registry import make_method, method_listing
 from steadyload.methods.simulation.simulation_parameters import OF_STANDS
 from steadyload.methods.tuned import Tuned, tuned_name, write_tuned
-from steadyload.studies.tuning.study import tuning_study
-from steadyload.studies.tuning.summary import tuning_of
+from steadyload.studies.kit import Lab
+from steadyload.studies.tuning.comparing import compare
+from steadyload.studies.tuning.searching import searching
 from steadyload.tuning import TuningError, cost
 from steadyload.tuning.cases import CaseSource, load_cases
 from steadyload.tuning.cost import TERMS, CostModel, kept_model
@@ -74,7 +75,7 @@ def test_before_anything_was_tuned(folder, tmp_path):
     with pytest.raises(TuningError, match="no search found it; allowed: none yet"):
         options_of("ps_opt@mujoco")
     with pytest.raises(TuningError, match="none of these engines has a preset"):
-        tuning_study([Search.of(folder)], tmp_path / "work", workers=0)
+        compare(Lab(tmp_path / "work"), [Search.of(folder)])
     assert not (tmp_path / "work").exists()
 
 
@@ -137,7 +138,7 @@ def test_what_a_search_began_with_is_written_down(search, presets_file, tmp_path
     assert judged.generation == 0
     assert fitness(best.trial, later.goal) >= fitness(judged.trial, later.goal)
     assert Search.of(tmp_path / "later").options.begin_with == (search.space.spec(known),)
-    assert tuning_of([later]).searches[0].known == 1
+    assert searching(later).known == 1
     write_tuned("ps_opt", "mujoco", preset(later))
     again = Search(tmp_path / "again", options_of("ps_opt@mujoco"))
     assert again.known == (known,)
@@ -172,10 +173,10 @@ def test_the_page_leaves_out_searches_for_another_question(folder, tmp_path):
     asked = dataclasses.replace(other.options.source, question="stands")
     other.options = dataclasses.replace(other.options, source=asked)
     with pytest.raises(TuningError, match="none of the searches is for the question within"):
-        tuning_study([other], tmp_path / "work", workers=0)
+        compare(Lab(tmp_path / "work"), [other])
     # Of both, the one for the question of the label counts: it has written no preset yet.
     with pytest.raises(TuningError, match="none of these engines has a preset"):
-        tuning_study([other, within], tmp_path / "work", workers=0)
+        compare(Lab(tmp_path / "work"), [other, within])
 
 
 def test_the_space_of_a_question_is_judged_on_its_labels():

@@ -14,7 +14,7 @@ from steadyload.cli import main
 from steadyload.methods import tuned
 from steadyload.methods.tuned import write_tuned
 from steadyload.runs import provenance
-from steadyload.studies.tuning.study import apart_by_seeds
+from steadyload.studies.tuning.comparing import apart_by_seeds
 from steadyload.tuning import TuningError, identity
 from steadyload.tuning import search as searching
 from steadyload.tuning.cases import CaseSource, load_cases

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from steadyload.methods.registry import make_method
-from steadyload.studies.tuning.summary import search_row, tuning_of
+from steadyload.studies.tuning.searching import of_searches, searching
 from steadyload.tuning import TuningError, trial
 from steadyload.tuning.cases import CaseSource
 from steadyload.tuning.cost import CostModel
@@ -121,9 +121,9 @@ def test_a_search_never_ends_below_its_start_nor_falls(finished):
     assert min(found) < best[0], "nothing to lose"
     assert search.fittest() == search.fittest(3)
     assert all(fitness(e.trial, search.goal) <= best[-1] for e in search.whole())
-    row = search_row(search)
+    row = searching(search)
     assert [g.best for g in row.history] == best[1:]
-    volumes = [g.hypervolume for g in row.history]
+    volumes = [g.volume for g in row.history]
     assert volumes == sorted(volumes)
     assert row.hypervolume == volumes[-1]
 
@@ -133,7 +133,7 @@ def test_every_genotype_is_judged_once_and_as_its_spec_says(finished):
     lines = [json.loads(line) for line in (folder / "search.jsonl").read_text().splitlines()]
     written = [tuple(line["genotype"]) for line in lines if "genotype" in line]
     assert len(written) == len(set(written)) == len(search.ledger.entries)
-    row = search_row(search)
+    row = searching(search)
     asked = sum(end.asked for end in search.ledger.ends)
     assert row.genotypes + row.repeats == asked + 1, "the start is judged unasked, then proposed"
     assert row.repeats >= 1
@@ -216,8 +216,8 @@ def test_what_an_unfinished_generation_found_does_not_count(finished, tmp_path):
     (tmp_path / "search.jsonl").write_text("".join(lines[:-1]))
     cut = Search.of(tmp_path)
     assert max(e.generation for e in cut.judged()) == 1
-    assert search_row(cut).generations == 2
-    assert search_row(cut).repeats >= 1
+    assert searching(cut).population == (6, 2)
+    assert searching(cut).repeats >= 1
     assert len(cut.judged()) < len(cut.ledger.entries) == len(search.ledger.entries)
 
 
@@ -279,13 +279,12 @@ def test_a_search_without_its_start_is_no_record(finished, tmp_path):
 
 def test_a_record_of_searches_holds_what_they_found(finished):
     search, _ = finished
-    record = tuning_of([search])
-    assert (record.parts, record.cases) == ({"mujoco": {None: "validation"}}, {"mujoco": CASES})
-    assert record.goal == {"mujoco": search.goal}
+    [one] = of_searches([search])["searched"]
+    assert (one.engine, one.goal) == ("mujoco", search.goal)
+    assert one.cases == f"{CASES} of part `validation` of the large set"
     best = search.space.values(search.fittest().genotype)
-    rows = record.parameters["mujoco"]
-    assert {row.name: float(row.found) for row in rows} == pytest.approx(best)
-    assert {row.name: float(row.start) for row in rows} == pytest.approx(
+    assert {gene.name: float(gene.found) for gene in one.genes} == pytest.approx(best)
+    assert {gene.name: float(gene.start) for gene in one.genes} == pytest.approx(
         search.space.values(search.space.start)
     )
     assert search.made_by["versions"][ALGORITHMS[search.options.algorithm].needs]

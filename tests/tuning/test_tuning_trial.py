@@ -13,7 +13,7 @@ from steadyload.methods.contract import stopwatch
 from steadyload.methods.contract.method import Effort
 from steadyload.methods.registry import make_method
 from steadyload.methods.simulation.simulation_parameters import SimulationParameters
-from steadyload.studies.tuning.summary import CHEAPEST, DEAREST, hypervolume
+from steadyload.studies.tuning.searching import CHEAPEST, DEAREST, hypervolume
 from steadyload.tuning import TuningError, cost
 from steadyload.tuning.cases import CaseSource, load_cases
 from steadyload.tuning.cost import TERMS, CostModel, calibrate

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from steadyload.engines.registry import capabilities
 from steadyload.methods.contract.spec import as_plain, bind
@@ -26,19 +25,9 @@ _PHYSICAL: Mapping[str, Values] = {
 }
 """Parameters of the reference simulation that makes the labels, by name of the change."""
 
-_EVERYTHING_PHYSICAL = "all of these"
-_EVERYTHING = "everything"
 
-
-@dataclass(frozen=True, slots=True)
-class Change:
-    """A tuned parameter set with some values changed.
-
-    Attributes:
-        name: of the change.
-        values: the new values, as text.
-        spec: of the changed set.
-    """
+class Change(NamedTuple):
+    """A tuned parameter set with some values changed: its name, these as text, and the spec."""
 
     name: str
     values: str
@@ -57,13 +46,13 @@ def without_gains(space: Space, tuned: Values) -> list[Change]:
         name: {gene: start[gene] for gene in genes if gene in start}
         for name, genes in gene_groups().items()
     }
-    return _changes(space.engine, tuned, {**groups, _EVERYTHING: start})
+    return _changes(space.engine, tuned, {**groups, "everything": start})
 
 
 def physical(engine: str, tuned: Values) -> list[Change]:
     """One change for every quantity that is set to the value of the reference simulation."""
     everything = {name: value for values in _PHYSICAL.values() for name, value in values.items()}
-    return _changes(engine, tuned, {**_PHYSICAL, _EVERYTHING_PHYSICAL: everything})
+    return _changes(engine, tuned, {**_PHYSICAL, "all of these": everything})
 
 
 def _changes(engine: str, tuned: Values, groups: Mapping[str, Values]) -> list[Change]:
@@ -72,7 +61,8 @@ def _changes(engine: str, tuned: Values, groups: Mapping[str, Values]) -> list[C
         different = {k: v for k, v in values.items() if k in tuned and tuned[k] != v}
         if different:
             text = ", ".join(f"{key} {value}" for key, value in different.items())
-            found.append(Change(name, text, _spec(engine, {**tuned, **different})))
+            bound = bind(parameters_on(engine), {**tuned, **different}, where=engine)
+            found.append(Change(name, text, spec_of(engine, bound)))
     return found
 
 
@@ -84,7 +74,3 @@ def carried_over(tuned: Values, engine: str) -> tuple[str, tuple[str, ...]]:
     ignored = capabilities(engine).ignored(bound.world_settings())
     own = tuple(name for name in tuned if name not in known)
     return spec_of(engine, bound), (*ignored, *own)
-
-
-def _spec(engine: str, values: Values) -> str:
-    return spec_of(engine, bind(parameters_on(engine), values, where=engine))
