@@ -46,7 +46,6 @@ _ENGINE_COLOURS = {
     "chipmunk": "#9467bd",
     "reference": "#000000",
 }
-_ALGORITHM_COLOURS = {"genetic": "#08519c", "nsga2": "#e6550d"}
 _SPARE_COLOURS = ("#e6550d", "#637939", "#843c39", "#17becf", "#3182bd", "#7b4173")
 _SPARE_MARKERS = ("P", "X", "h", "<", ">", "p")
 
@@ -94,11 +93,6 @@ def face(method: Identified) -> str:
 def engine_colour(engine: str | None) -> str:
     """The colour of an engine, or of none, where a figure compares engines and not methods."""
     return _ENGINE_COLOURS.get(engine) or _spare(str(engine), _SPARE_COLOURS)
-
-
-def algorithm_colour(algorithm: str) -> str:
-    """The colour of a search algorithm, where a figure compares searches."""
-    return _ALGORITHM_COLOURS.get(algorithm) or _spare(algorithm, _SPARE_COLOURS)
 
 
 DASHES = ("-", "--", ":", "-.")

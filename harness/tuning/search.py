@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import cached_property
 from importlib import metadata
 from importlib.util import find_spec
@@ -39,6 +40,9 @@ from steadyload.tuning.trial import (
     trial_limit,
     trial_without_result,
 )
+
+CHEAPEST, DEAREST = 0.3, 100.0
+"""Costs [ms] between which fronts are compared."""
 
 GOAL_SHARE = 0.185
 """Less than the fifth that a tuned method may cost: the model is off by some per cent."""
@@ -355,3 +359,18 @@ def pareto_front(entries: list[Entry]) -> list[Entry]:
         if not front or entry.trial.accuracy > front[-1].trial.accuracy:
             front.append(entry)
     return front
+
+
+def hypervolume(front: Iterable[Entry]) -> float:
+    """Area under a front: accuracy over log10 of the cost, as a share of the largest possible area.
+
+    Args:
+        front: by rising cost.
+    """
+    area, accuracy, since = 0.0, 0.0, CHEAPEST
+    for entry in front:
+        cost = min(max(entry.trial.mean_cost, CHEAPEST), DEAREST)
+        area += accuracy * math.log10(cost / since)
+        accuracy, since = entry.trial.accuracy, cost
+    area += accuracy * math.log10(DEAREST / since)
+    return area / math.log10(DEAREST / CHEAPEST)

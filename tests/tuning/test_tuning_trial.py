@@ -13,12 +13,11 @@ from steadyload.methods.contract import stopwatch
 from steadyload.methods.contract.method import Effort
 from steadyload.methods.registry import make_method
 from steadyload.methods.simulation.simulation_parameters import SimulationParameters
-from steadyload.studies.tuning.searching import CHEAPEST, DEAREST, hypervolume
 from steadyload.tuning import TuningError, cost
 from steadyload.tuning.cases import CaseSource, load_cases
 from steadyload.tuning.cost import TERMS, CostModel, calibrate
 from steadyload.tuning.ledger import Entry, GenerationEnd, Ledger
-from steadyload.tuning.search import pareto_front
+from steadyload.tuning.search import CHEAPEST, DEAREST, hypervolume, pareto_front
 from steadyload.tuning.space import space_on
 from steadyload.tuning.trial import (
     FitnessRace,

@@ -1,12 +1,10 @@
-"""Tuned presets compared with other methods, on cases on which nothing was tuned.
-
-Shares are 0 to 1, times in ms a layout.
-"""
+"""Tuned presets compared with other methods, on cases on which nothing was tuned."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, NamedTuple
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any
 
 from steadyload.engines.registry import capabilities
 from steadyload.layouts.benchmark import PLANAR, Part, load_benchmark
@@ -23,17 +21,15 @@ from steadyload.studies.tuning.presets import (
     START,
     Bought,
     Carried,
-    Cell,
     Found,
     Luck,
+    OnEngine,
     OnPart,
     Seed,
     Step,
-    Tested,
-    Transfer,
     Variant,
 )
-from steadyload.studies.tuning.searching import of_searches, points, spread
+from steadyload.studies.tuning.searching import Point, of_searches, spread
 from steadyload.studies.tuning.variants import (
     Change,
     carried_over,
@@ -83,82 +79,121 @@ def compare(lab: Lab, searches: Iterable[Search], limit: int | None = None) -> F
     }
     if not by_engine:
         raise TuningError("none of these engines has a preset; steadyload tune --write-preset")
-    plans = {engine: _plan(engine, own) for engine, own in by_engine.items()}
-    sets: dict[str | None, list[str]] = {}
+    plans = {engine: _Plan(engine, own) for engine, own in by_engine.items()}
+    sets: dict[str, list[str]] = {}
     for engine in plans:
-        planar = capabilities(engine).dimensions == 2
-        sets.setdefault(PLANAR if planar else None, []).append(engine)
+        sets.setdefault(PLANAR if capabilities(engine).dimensions == 2 else "", []).append(engine)
+    rows: dict[str, list[Any]] = defaultdict(list)
     parts, costs = [], ""
-    for benchmark, engines in sets.items():
+    for name, engines in sorted(sets.items()):
         # 3-D engines take part on the planar set with their own parameters.
-        pairs = list(plans) if benchmark == PLANAR else engines
+        together = list(plans) if name == PLANAR else engines
+        pairs = {(a, b): _carried(a, b) for b in together for a in together}
         specs = [spec for engine in engines for spec in plans[engine].specs]
-        specs += [_carried(here, there)[0] for there in pairs for here in pairs]
         found = lab.judge(
-            list(dict.fromkeys(specs)),
-            Cases(load_benchmark(benchmark), Part.TEST, limit=limit),
-            folder=benchmark or "shipped",
+            list(dict.fromkeys([*specs, *(spec for spec, _ in pairs.values())])),
+            Cases(load_benchmark(name or None), Part.TEST, limit=limit),
+            folder=name or "shipped",
             name="tuning",
             shard_size=_SHARD_SIZE,
         )
-        part = f"{Part.TEST}, {benchmark}" if benchmark else str(Part.TEST)
-        tested = [_tested(plans[engine], found) for engine in engines]
-        transfer = Transfer(part, _transferred(pairs, found)) if len(pairs) > 1 else None
-        parts.append(OnPart(part, tested, transfer))
+        tested = [plans[engine].tested(found) for engine in engines]
+        carried = [
+            Carried(a, b, found.row(spec, against=pairs[b, b][0]), ignored)
+            for (a, b), (spec, ignored) in pairs.items()
+        ]
+        parts.append(OnPart(f"{Part.TEST}, {name}".rstrip(", "), tested, carried))
+        for engine in engines:
+            for field, own in plans[engine].rows(found).items():
+                rows[field] += own
         costs = costs or found.cost_source.explained()
     # Of each engine the one that found its preset first.
     ordered = [s for engine, plan in plans.items() for s in (plan.finder, *by_engine[engine])]
     return Found(
         **of_searches(list(dict.fromkeys(ordered))),
+        **rows,
         parts=parts,
         costs_explained=costs,
         made_with=provenance_lines(),
     )
 
 
-class _Plan(NamedTuple):
-    """The specs that are to be judged on one engine, by their purpose."""
+class _Plan:
+    """The specs that are judged on an engine with a preset, and rows of their results."""
 
-    engine: str
-    finder: Search
-    tuned: str
-    others: Mapping[str, MethodKey]
-    steps: Mapping[str, str]
-    left_out: Sequence[Change]
-    physical: Sequence[Change]
-    seeds: Sequence[tuple[Search, str]]
-    front: Sequence[Entry]
-    bought: Mapping[float, tuple[Entry, str] | None]
+    def __init__(self, engine: str, searches: Sequence[Search]) -> None:
+        stored, values = tuned()[TUNED][engine].parameters, tuned_values(engine)
+        finder = next((s for s in searches if preset(s).parameters == stored), None)
+        if finder is None:
+            raise TuningError(
+                f"none of these searches found {TUNED}@{engine}; name the folder of the one"
+            )
+        self.engine, self.finder, self.own = engine, finder, _spec(f"{TUNED}@{engine}")
+        self.others = _others(engine, values, finder.space.spec(finder.space.start))
+        self.steps = _steps(engine, searches, finder)
+        self.changes = {
+            "left_out": without_gains(finder.space, values),
+            "physical": physical(engine, values),
+        }
+        self.seeds = apart_by_seeds(searches)
+        self.front = pareto_front([entry for search in searches for entry in search.whole()])
+        self.bought = list(_within_budgets(searches, self.front))
+        self.specs = [
+            self.own,
+            *self.others,
+            *self.steps.values(),
+            *(change.spec for changes in self.changes.values() for change in changes),
+            *(spec for _, spec in self.seeds),
+            *(spec for *_, spec in self.bought),
+        ]
 
-    @property
-    def specs(self) -> list[str]:
-        """All of them."""
-        changed = [change.spec for change in (*self.left_out, *self.physical)]
-        seeded = [spec for _, spec in self.seeds]
-        bought = [found[1] for found in self.bought.values() if found]
-        return [self.tuned, *self.others, *self.steps.values(), *changed, *seeded, *bought]
+    def tested(self, found: Evaluation) -> OnEngine:
+        """The tuned parameters beside other methods."""
+        others = [found.row(spec, against=self.own, key=key) for spec, key in self.others.items()]
+        return OnEngine(self.engine, found.row(self.own), others)
 
+    def rows(self, found: Evaluation) -> dict[str, list[Any]]:
+        """The other rows, by field of :class:`Found`."""
+        engine, before = self.engine, ["", *self.steps.values()]
+        return {
+            "steps": [
+                Step(engine, title, found.row(spec), found.difference(spec, last) if last else None)
+                for (title, spec), last in zip(self.steps.items(), before, strict=False)
+            ],
+            **{
+                field: [self._variant(change, found) for change in changes]
+                for field, changes in self.changes.items()
+            },
+            "bought": [
+                Bought(
+                    engine, budget, entry.trial.accuracy, found.row(spec), spec.partition(":")[2]
+                )
+                for budget, entry, spec in self.bought
+            ],
+            "fronts": [Point(engine, e.trial.mean_cost, e.trial.accuracy) for e in self.front],
+            "luck": [self._luck(found)] if self.seeds else [],
+        }
 
-def _plan(engine: str, searches: Sequence[Search]) -> _Plan:
-    stored, values = tuned()[TUNED][engine].parameters, tuned_values(engine)
-    finder = next((s for s in searches if preset(s).parameters == stored), None)
-    if finder is None:
-        raise TuningError(
-            f"none of these searches found {TUNED}@{engine}; name the folder of the one"
-        )
-    space, front = finder.space, pareto_front([e for s in searches for e in s.whole()])
-    return _Plan(
-        engine,
-        finder,
-        _spec(f"{TUNED}@{engine}"),
-        _others(engine, values, space.spec(space.start)),
-        _steps(engine, searches, finder),
-        without_gains(space, values),
-        physical(engine, values),
-        apart_by_seeds(searches),
-        front,
-        _within_budgets(searches, front),
-    )
+    def _variant(self, change: Change, found: Evaluation) -> Variant:
+        difference = found.difference(change.spec, self.own)
+        ratio = found.cost_ratio(change.spec, self.own).value
+        row = found.row(change.spec)
+        return Variant(self.engine, change.name, change.values, row, difference, ratio)
+
+    def _luck(self, found: Evaluation) -> Luck:
+        best = [search.fittest() for search, _ in self.seeds]
+        values = [s.space.values(e.genotype) for (s, _), e in zip(self.seeds, best, strict=True)]
+        differing = [gene for gene in values[0] if len({own.get(gene) for own in values}) > 1]
+        seeds = [
+            Seed(
+                search.options.seed, fitness(entry.trial, search.goal), entry.trial.accuracy,
+                found.row(spec), {gene: own[gene] for gene in differing},
+            )
+            for (search, spec), entry, own in zip(self.seeds, best, values, strict=True)
+        ]  # fmt: skip
+        accuracy = spread([seed.test.accuracy.value for seed in seeds])
+        cpu = spread([seed.test.cpu.value for seed in seeds])
+        return Luck(self.engine, seeds, accuracy, cpu, len(values[0]))
 
 
 def _spec(spec: str) -> str:
@@ -217,81 +252,13 @@ def apart_by_seeds(searches: Sequence[Search]) -> list[tuple[Search, str]]:
 
 def _within_budgets(
     searches: Sequence[Search], front: Sequence[Entry]
-) -> dict[float, tuple[Entry, str] | None]:
+) -> Iterator[tuple[float, Entry, str]]:
     """By budget the most accurate genotype of all searches that costs no more, and its spec."""
     spaces = {id(entry): search.space for search in searches for entry in search.whole()}
-    found: dict[float, tuple[Entry, str] | None] = dict.fromkeys(BUDGETS)
     for budget in BUDGETS:
         cheap = [entry for entry in front if entry.trial.mean_cost <= budget]
-        best = cheap[-1] if cheap else None
-        if best is not None:
-            found[budget] = best, _spec(spaces[id(best)].spec(best.genotype))
-    return found
-
-
-def _tested(plan: _Plan, found: Evaluation) -> Tested:
-    """Results on an engine."""
-    engine, own = plan.engine, plan.tuned
-    steps, before = [], ""
-    for title, spec in plan.steps.items():
-        row = found.row(spec)
-        gain = found.difference(spec, before) if before else None
-        steps.append(Step(title, row.accuracy.n, row.accuracy, gain, row.cpu))
-        before = spec
-    bought: dict[float, Bought | None] = dict.fromkeys(plan.bought)
-    for budget, best in plan.bought.items():
-        if best is not None:
-            entry, spec = best
-            row = found.row(spec)
-            bought[budget] = Bought(
-                engine, budget, spec.partition(":")[2], row.accuracy.n, entry.trial.accuracy,
-                row.accuracy, row.cpu,
-            )  # fmt: skip
-    return Tested(
-        engine=engine,
-        tuned=found.row(own),
-        others=[found.row(spec, against=own, key=key) for spec, key in plan.others.items()],
-        steps=steps,
-        left_out=[_variant(engine, change, own, found) for change in plan.left_out],
-        physical=[_variant(engine, change, own, found) for change in plan.physical],
-        front=points(plan.front),
-        bought=bought,
-        luck=_luck(plan.seeds, found) if plan.seeds else None,
-    )
-
-
-def _variant(engine: str, change: Change, own: str, found: Evaluation) -> Variant:
-    row = found.row(change.spec)
-    return Variant(
-        engine=engine,
-        change=change.name,
-        values=change.values,
-        n=row.accuracy.n,
-        accuracy=row.accuracy,
-        accuracy_change=found.difference(change.spec, own),
-        cost_ms=row.cpu.value,
-        cost_change=found.cost_ratio(change.spec, own).value,
-    )
-
-
-def _luck(seeds: Sequence[tuple[Search, str]], found: Evaluation) -> Luck:
-    values = [search.space.values(search.fittest().genotype) for search, _ in seeds]
-    differing = [gene for gene in values[0] if len({own.get(gene) for own in values}) > 1]
-    rows = []
-    for (search, spec), own in zip(seeds, values, strict=True):
-        trial, row = search.fittest().trial, found.row(spec)
-        rows.append(
-            Seed(
-                search.options.seed, fitness(trial, search.goal), trial.accuracy, row.accuracy.n,
-                row.accuracy, row.cpu, {gene: own[gene] for gene in differing},
-            )
-        )  # fmt: skip
-    return Luck(
-        rows,
-        spread([row.test.value for row in rows]),
-        spread([row.cpu.value for row in rows]),
-        len(values[0]),
-    )
+        if cheap:
+            yield budget, cheap[-1], _spec(spaces[id(cheap[-1])].spec(cheap[-1].genotype))
 
 
 def _carried(here: str, there: str) -> tuple[str, tuple[str, ...]]:
@@ -299,16 +266,3 @@ def _carried(here: str, there: str) -> tuple[str, tuple[str, ...]]:
     if here == there:
         return _spec(f"{TUNED}@{here}"), ()
     return carried_over(tuned_values(here), there)
-
-
-def _transferred(engines: Sequence[str], found: Evaluation) -> list[Carried]:
-    cells = []
-    for there in engines:
-        own, _ = _carried(there, there)
-        for here in engines:
-            spec, ignored = _carried(here, there)
-            row = found.row(spec)
-            ahead = None if here == there else found.difference(own, spec)
-            cell = Cell(row.over, row.under, row.cpu)
-            cells.append(Carried(here, there, row.accuracy, ahead, cell, ignored))
-    return cells

@@ -1,12 +1,8 @@
-"""Results of searches, and their effort: rows made of their ledgers.
-
-Accuracies are shares, costs are in ms a layout.
-"""
+"""Results of searches: rows made of their ledgers. Accuracies are shares, costs ms a layout."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import chain
 from statistics import fmean
@@ -23,12 +19,8 @@ from steadyload.reports.columns import (
     significant,
 )
 from steadyload.statistics.estimate import Estimate
-from steadyload.tuning.ledger import Entry
 from steadyload.tuning.presets import worth
-from steadyload.tuning.search import Search
-
-CHEAPEST, DEAREST = 0.3, 100.0
-"""Costs [ms] between which fronts are compared."""
+from steadyload.tuning.search import Search, hypervolume
 
 
 def _from_start(form: Callable[[float], str]) -> Callable[[tuple[float, float]], str]:
@@ -53,43 +45,12 @@ def spread(values: Sequence[float]) -> Estimate:
 
 @row
 class Gene:
-    """A parameter that is searched."""
+    """A parameter that is searched, and its best value by engine."""
 
     name: str = column("parameter")
-    unit: str = column(form=lambda unit: unit or "-", left=True)
     values: str = column(about="allowed ones: a range with its step, or a list")
     start: str = column(left=False, about="in the genotype that a search begins with")
-    found: str = column(left=False, about="in the best one")
-
-
-@row
-class Searched:
-    """Parameters searched on an engine by the search that found its preset, and the cost model.
-
-    ``cases``: how many genotypes were judged on, and of which sets. ``goal``: the cost [ms] below
-    which fitness does not grow further.
-    """
-
-    engine: str = column()
-    parameter_sets: int = column("parameter sets", about="that the model was fitted to")
-    correlation: float = column(
-        "rank correlation", "{:.3f}".format, "Spearman's, of modelled and measured costs"
-    )
-    error: float = column("median error %", plain_percent)
-    microseconds: Mapping[str, float] = column("{}", partial(compact, digits=3))
-    cases: str
-    goal: float
-    genes: Sequence[Gene]
-
-    @property
-    def kept(self) -> list[str]:
-        """Parameters whose start was found to be best."""
-        return [gene.name for gene in self.genes if gene.start == gene.found]
-
-    @property
-    def changed(self) -> int:
-        """How many other parameters there are."""
-        return len(self.genes) - len(self.kept)
+    found: Mapping[str, str] = column("{}")
 
 
 @row
@@ -106,25 +67,28 @@ class Generation:
 
 @row
 class Point:
-    """A genotype that no other is as accurate as at a lower cost."""
+    """A genotype that no other on the engine is as accurate as at a lower cost."""
 
-    search: str
+    engine: str
     cost: float
     accuracy: float
 
 
 @row
 class Searching:
-    """One search: pairs are of the genotype that it begins with, and of the best one."""
+    """One search: pairs are of the genotype that it begins with, and of the best one.
 
-    name: str
+    ``cases``: how many, and of which sets. ``goal``: the cost [ms] below which fitness does not
+    grow further. ``changed``: parameters of which another value than the start was found, and all.
+    """
+
+    name: str = column("search")
     engine: str = column()
     algorithm: str = column()
-    genotypes: int = column(about="that were judged, wholly or in part")
     fitness: tuple[float, float] = column(form=_from_start("{:.4f}".format))
     accuracy: tuple[float, float] = column("accuracy %", _from_start(plain_percent))
     cost: tuple[float, float] = column("cost ms", _from_start(significant))
-    hypervolume: float = column(form="{:.3f}".format, about="of its front, see :func:`hypervolume`")
+    hypervolume: float = column(form="{:.3f}".format, about="of its front")
     cpu: float = column("CPU", duration)
     wall: float = column(form=duration)
     space: str = column()
@@ -132,12 +96,21 @@ class Searching:
     population: tuple[int, int] = column(
         form="{0[0]} x {0[1]}".format, about="its size, and the number of generations"
     )
+    genotypes: int = column(about="that were judged, wholly or in part")
     whole: int = column("judged whole", about="on all cases")
-    given_up: int = column("given up", about="before all cases were judged")
+    abandoned: int = column(about="before all cases were judged")
     repeats: int = column(about="proposed again, and not judged again")
-    known: int
+    known: int = column(about="found by an earlier search, in the first generation")
+    parameter_sets: int = column("parameter sets", about="that its cost model was fitted to")
+    correlation: float = column(
+        "rank correlation", "{:.3f}".format, "Spearman's, of modelled and measured costs"
+    )
+    error: float = column("median error %", plain_percent)
+    microseconds: Mapping[str, float] = column("{}", partial(compact, digits=3))
+    cases: str
+    goal: float
+    changed: tuple[int, int]
     history: Sequence[Generation]
-    front: Sequence[Point]
 
 
 @row
@@ -151,76 +124,64 @@ class Algorithm:
     hypervolume: Estimate = column(form=_spread(3))
     fitness: Estimate = column("best fitness", _spread(4))
     history: Sequence[Generation]
-    front: Sequence[Point]
 
 
-def hypervolume(front: Iterable[Entry]) -> float:
-    """Area under a front: accuracy over log10 of the cost, as a share of the largest possible area.
-
-    Args:
-        front: by rising cost.
-    """
-    area, accuracy, since = 0.0, 0.0, CHEAPEST
-    for entry in front:
-        cost = min(max(entry.trial.mean_cost, CHEAPEST), DEAREST)
-        area += accuracy * math.log10(cost / since)
-        accuracy, since = entry.trial.accuracy, cost
-    area += accuracy * math.log10(DEAREST / since)
-    return area / math.log10(DEAREST / CHEAPEST)
-
-
-def points(front: Iterable[Entry], search: str = "") -> list[Point]:
-    """The points of a front."""
-    return [Point(search, entry.trial.mean_cost, entry.trial.accuracy) for entry in front]
-
-
-def searched(search: Search) -> Searched:
-    """The parameters and the cost model of a search."""
-    parts = search.options.source.parts().items()
-    described = " and ".join(f"part `{part}` of {of or 'the large set'}" for of, part in parts)
-    model, genes = search.model, search.space.genes
-    start, found = (
-        dict(canonical(search.space.parameters(genotype), [gene.name for gene in genes]))
-        for genotype in (search.space.start, search.fittest().genotype)
+def _values(search: Search) -> Iterator[tuple[str, str, str, str]]:
+    """Title, allowed values, start and best value of every parameter that is searched."""
+    space = search.space
+    start, best = (
+        dict(canonical(space.parameters(genotype), [gene.name for gene in space.genes]))
+        for genotype in (space.start, search.fittest().genotype)
     )
-    return Searched(
-        engine=search.options.engine,
+    for gene in space.genes:
+        unit = f" ({gene.unit})" if gene.unit else ""
+        yield gene.name + unit, gene.text, start[gene.name], best[gene.name]
+
+
+def genes(searches: Iterable[Search]) -> list[Gene]:
+    """The parameters that were searched; those of other values or another start stand apart."""
+    rows: dict[tuple[str, str, str], dict[str, str]] = {}
+    for search in searches:
+        for *known, found in _values(search):
+            rows.setdefault((known[0], known[1], known[2]), {})[search.options.engine] = found
+    return [Gene(*known, found) for known, found in rows.items()]
+
+
+def searching(search: Search) -> Searching:
+    """A search as a page shows it."""
+    options, ledger, name = search.options, search.ledger, search.name
+    judged, whole = search.judged(), search.whole()
+    start, best = worth(search, ledger.entries[search.space.start]), worth(search, search.fittest())
+    fitness, accuracy, cost = zip(start, best, strict=True)
+    parts = options.source.parts().items()
+    described = " and ".join(f"part `{part}` of {of or 'the large set'}" for of, part in parts)
+    model, moved = search.model, [start != found for *_, start, found in _values(search)]
+    return Searching(
+        name=name,
+        engine=options.engine,
+        algorithm=options.algorithm,
+        fitness=fitness,
+        accuracy=accuracy,
+        cost=cost,
+        hypervolume=hypervolume(search.front()),
+        cpu=sum(entry.trial.cpu for entry in judged),
+        wall=search.wall,
+        space=options.space,
+        seed=options.seed,
+        population=(options.population, len(ledger.ends)),
+        genotypes=len(judged),
+        whole=len(whole),
+        abandoned=len(judged) - len(whole),
+        repeats=1 + sum(end.asked for end in ledger.ends) - len(judged),
+        known=len(options.begin_with),
         parameter_sets=model.parameter_sets,
         correlation=model.correlation,
         error=model.error,
         microseconds={term: weight for term, weight in model.microseconds.items() if weight},
         cases=f"{len(search.cases)} of {described}",
         goal=search.goal,
-        genes=[Gene(g.name, g.unit, g.text, start[g.name], found[g.name]) for g in genes],
-    )
-
-
-def searching(search: Search) -> Searching:
-    """A search as a page shows it."""
-    options, ledger, name = search.options, search.ledger, search.name
-    judged, whole, front = search.judged(), search.whole(), search.front()
-    start, best = worth(search, ledger.entries[search.space.start]), worth(search, search.fittest())
-    fitness, accuracy, cost = zip(start, best, strict=True)
-    return Searching(
-        name=name,
-        engine=options.engine,
-        algorithm=options.algorithm,
-        genotypes=len(judged),
-        fitness=fitness,
-        accuracy=accuracy,
-        cost=cost,
-        hypervolume=hypervolume(front),
-        cpu=sum(entry.trial.cpu for entry in judged),
-        wall=search.wall,
-        space=options.space,
-        seed=options.seed,
-        population=(options.population, len(ledger.ends)),
-        whole=len(whole),
-        given_up=len(judged) - len(whole),
-        repeats=1 + sum(end.asked for end in ledger.ends) - len(judged),
-        known=len(options.begin_with),
+        changed=(sum(moved), len(moved)),
         history=[_generation(search, name, end.number + 1) for end in ledger.ends],
-        front=points(front, name),
     )
 
 
@@ -245,7 +206,6 @@ def algorithms(searches: Iterable[Searching]) -> list[Algorithm]:
             hypervolume=spread([one.hypervolume for one in own]),
             fitness=spread([one.fitness[1] for one in own]),
             history=list(chain.from_iterable(one.history for one in own)),
-            front=list(chain.from_iterable(one.front for one in own)),
         )
         for (engine, space), group in groups.items()
         for algorithm, own in group.items()
@@ -253,14 +213,14 @@ def algorithms(searches: Iterable[Searching]) -> list[Algorithm]:
 
 
 def of_searches(searches: Sequence[Search]) -> dict[str, Any]:
-    """The fields of :class:`steadyload.studies.tuning.comparing.Found` that follow from searches.
+    """The fields of :class:`steadyload.studies.tuning.presets.Found` that follow from searches.
 
-    Of several searches on an engine the first one's parameters and cost model are shown.
+    Of several searches on an engine the first one's parameters are shown.
     """
     first = {search.options.engine: search for search in reversed(searches)}
     rows = [searching(search) for search in searches]
     return {
-        "searched": [searched(search) for search in first.values()],
+        "genes": genes(first[engine] for engine in sorted(first)),
         "searches": rows,
         "algorithms": algorithms(rows),
     }
