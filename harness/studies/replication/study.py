@@ -17,7 +17,6 @@ class Replication(Study["Found"]):
 
     question = "What do the paper's accuracies measure, and how much of them is twins?"
     about = "the paper's experiment as it was run, and on splits without twins"
-    command_words = "replicate"
     workers = 0
 
     quick: bool = option(

@@ -18,9 +18,7 @@ class Tuning(Study["Found"]):
 
     question = "What does tuning a simulation bring, and which parameter brings it?"
     about = "compare tuned presets with other methods on test, and write the page of tuning"
-    command_words = "compare-presets"
     workers = 0
-    work = Path("runs/tuned")
     pages = (PublishedPage("tuning", "reports/published/tuning/searches/*/ --limit 150"),)
 
     searches: tuple[Path, ...] = operand(REQUIRED, "folders of searches", metavar="DIR")
