@@ -117,7 +117,6 @@ _OWN = (
 _OF_STUDIES = {
     "report": "study:Report",
     "table5": "table5:Table5",
-    "speed": "bench:Bench",
 }
 """Study -> its command, where that does more than run it and write its page."""
 

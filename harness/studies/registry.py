@@ -28,7 +28,7 @@ STUDIES: dict[str, str] = {
     "real": "steadyload.studies.real.study:Real",
     "cascade": "steadyload.studies.cascade.study:Cascade",
     "tuning": "steadyload.studies.tuning.study:Tuning",
-    "learned": "steadyload.studies.learned.config:STUDY",
+    "learned": "steadyload.studies.learned.study:LearnedStudy",
     "replication": "steadyload.studies.replication.study:Replication",
     "uncertain": "steadyload.studies.uncertain.study:Uncertain",
     "session": "steadyload.studies.session.study:Session",

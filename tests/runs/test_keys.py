@@ -41,7 +41,7 @@ from steadyload.runs.verdict_reliability import Sampling
 from steadyload.studies.closed_forms.measuring import ClosedFormUnit
 from steadyload.studies.engines.speed import SpeedUnit, ThroughputUnit
 from steadyload.studies.extremes.running import CellUnit
-from steadyload.studies.precision.sizes import SizeUnit
+from steadyload.studies.extremes.sizes import SizeUnit
 from steadyload.studies.properties import testing as properties
 from steadyload.studies.replication import networks
 from steadyload.studies.scale.measuring import Size
