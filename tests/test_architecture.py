@@ -199,7 +199,6 @@ def circles(arrows):
 
 
 DRAWING = {
-    "replication.figures",
     "table5.cost_figures", "table5.figures",
 }  # fmt: skip
 """Modules of studies that draw without the kinds of charts of `reports`; no other one may."""
