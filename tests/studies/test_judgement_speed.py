@@ -1,7 +1,7 @@
 """The benchmark measures what it says, keeps its figures, and shows them."""
 
 import json
-from dataclasses import replace
+from dataclasses import asdict, replace
 
 import pytest
 
@@ -18,11 +18,11 @@ from steadyload.methods.session.session import LoadingSession
 from steadyload.progress import silent
 from steadyload.statistics.estimate import Estimate
 from steadyload.studies.kit import Lab
-from steadyload.studies.speed import measuring, running
+from steadyload.studies.speed import measuring, running, scenes
 from steadyload.studies.speed.measuring import Job, measure
 from steadyload.studies.speed.records import CaseSet, Cost, Found, Growth, GrowthPoint
-from steadyload.studies.speed.running import Extent, grown, step_shares
-from steadyload.studies.speed.scenes import PILES, Source, case_sets, joined
+from steadyload.studies.speed.running import grown, step_shares
+from steadyload.studies.speed.scenes import PILES, Extent, Source, case_sets, joined
 from steadyload.studies.speed.study import FILE, Speed
 
 TINY = Extent(repeats=2, draws=2, most_items=20, patience=1.0, limit=2)
@@ -48,7 +48,7 @@ def strictly(text):
 def test_what_is_measured_is_kept_printed_and_shown_again(
     layout_file, capsys, monkeypatch, assert_drawn
 ):
-    monkeypatch.setattr(running, "QUICK", TINY)
+    monkeypatch.setattr(scenes, "QUICK", TINY)
     out = layout_file.parent / "out"
     words = ["study", "speed", "--quick", "--layouts", str(layout_file)]
     words += ["-m", SPECS[0], "-m", SPECS[1]]
@@ -120,7 +120,7 @@ def test_growth_has_the_exponents_of_the_times(monkeypatch):
 def test_large_layouts_are_joined_of_what_a_method_calls_safe():
     layouts = [x for x in random_layouts(60, seed=8) if len(x) >= 10]
     sme = make_method("sme")
-    sources = joined("some", layouts, 40, 3, 1.0, sme)
+    sources = joined("some", layouts, Extent(draws=3, most_items=40, patience=1.0), sme)
     assert len(sources) == 3
     for source in sources:
         assert len(source.layout) >= 40
@@ -216,7 +216,7 @@ def test_the_page_shows_what_was_found():
 
 
 def test_a_damaged_file_of_figures_is_refused(tmp_path):
-    (tmp_path / FILE).write_text(manifest_text({**RUN.to_dict(), "costs": 3}))
+    (tmp_path / FILE).write_text(manifest_text({**asdict(RUN), "costs": 3}))
     with pytest.raises(ConfigError, match=r"times\.json: costs is 3; allowed: a list"):
         Speed(last=True).run(Lab(tmp_path))
 

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.registry import make_method
@@ -134,10 +133,6 @@ class Found:
 
     positions: ClassVar[int] = POSITIONS
     enough: ClassVar[float] = ENOUGH
-
-    def to_dict(self) -> dict[str, Any]:
-        """The run as JSON holds it."""
-        return asdict(self)
 
     @property
     def load_explained(self) -> str:

@@ -33,7 +33,7 @@ from steadyload.studies.speed.measuring import (
     placing,
 )
 from steadyload.studies.speed.records import LATE, CaseSet, Cost, Found, Growth, GrowthPoint
-from steadyload.studies.speed.scenes import PILES, Source, joined, piles
+from steadyload.studies.speed.scenes import FULL, PILES, Extent, Source, joined, piles
 
 ITEM_COUNTS = (10, 20, 50, 100, 200)
 
@@ -49,28 +49,6 @@ _BATCH = 5e-3
 
 _ENOUGH = 1.0
 """CPU time of one layout's judgements after which they are not repeated again [s]."""
-
-
-class Extent(NamedTuple):
-    """How much is measured.
-
-    Attributes:
-        repeats: of every measurement.
-        draws: layouts of a size in the growth.
-        most_items: of a layout in the growth.
-        patience: seconds after which a judgement is given up.
-        limit: cases a scenario, and layouts of a file; None for all.
-    """
-
-    repeats: int = 9
-    draws: int = 8
-    most_items: int = 200
-    patience: float = 2.0
-    limit: int | None = None
-
-
-FULL = Extent()
-QUICK = Extent(repeats=3, draws=2, most_items=50, patience=0.5, limit=10)
 
 
 def run_speed(
@@ -95,12 +73,10 @@ def run_speed(
         own, of_methods = _on_a_set(name, layouts, methods, extent, progress)
         cases.append(own)
         costs += of_methods
-    packed = piles(extent.most_items, extent.draws)
+    packed = piles(extent)
     scenes: dict[str, Callable[[Method], Sequence[Source]]] = {PILES: lambda method: packed}
     for name, layouts in list(sets.items())[1:]:
-        scenes[name] = partial(
-            joined, name, layouts, extent.most_items, extent.draws, extent.patience
-        )
+        scenes[name] = partial(joined, name, layouts, extent)
     growth, points = grown(methods, scenes, extent, progress)
     after = machine_load()
     return Found(

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -32,8 +33,29 @@ _FEWEST = 10
 _SEED = 3
 
 
-@dataclass(frozen=True)
-class Source:
+class Extent(NamedTuple):
+    """How much is measured.
+
+    Attributes:
+        repeats: of every measurement.
+        draws: layouts of a size in the growth.
+        most_items: of a layout in the growth.
+        patience: seconds after which a judgement is given up.
+        limit: cases a scenario, and layouts of a file; None for all.
+    """
+
+    repeats: int = 9
+    draws: int = 8
+    most_items: int = 200
+    patience: float = 2.0
+    limit: int | None = None
+
+
+FULL = Extent()
+QUICK = Extent(repeats=3, draws=2, most_items=50, patience=0.5, limit=10)
+
+
+class Source(NamedTuple):
     """A large layout whose first items are judged, more and more of them.
 
     ``alone``: how many of its items stand on one pallet; the others stand beside them.
@@ -74,46 +96,36 @@ def case_sets(files: Sequence[Path], limit: int | None) -> dict[str, list[Layout
     return sets
 
 
-def piles(most_items: int, draws: int) -> list[Source]:
+def piles(extent: Extent) -> list[Source]:
     """Random boxes on a deck of 80 x 80 cm, packed from the bottom up, bases supported by 0.8."""
     packed = [
         random_boxes(
-            f"pile-{seed}", most_items, _DECK, "bottom-back-left", seed=seed, support=_SUPPORT
+            f"pile-{seed}", extent.most_items, _DECK, "bottom-back-left", seed=seed,
+            support=_SUPPORT,
         )
-        for seed in range(_SEED, _SEED + draws)
-    ]
-    return [Source(layout, most_items) for layout in packed]
+        for seed in range(_SEED, _SEED + extent.draws)
+    ]  # fmt: skip
+    return [Source(layout, extent.most_items) for layout in packed]
 
 
-def joined(
-    name: str, layouts: Sequence[Layout], most_items: int, draws: int, patience: float,
-    method: Method,
-) -> list[Source]:  # fmt: skip
-    """Layouts in random order, joined to large ones.
+def joined(name: str, layouts: Sequence[Layout], extent: Extent, method: Method) -> list[Source]:
+    """Layouts of a set in random order, joined to large ones.
 
     Of every layout the first items are taken, as many as the method calls safe, ten at least. A
     source begins with one layout; the next ones stand beside it on one long deck, until there are
-    ``most_items``.
-
-    Args:
-        name: of the layouts.
-        layouts: that are joined.
-        most_items: of a source.
-        draws: sources.
-        patience: seconds after which a judgement is given up.
-        method: that judges.
+    as many items as the extent has.
     """
     parts: list[Layout] = []
     for place in np.random.default_rng(_SEED).permutation(len(layouts)).tolist():
-        safe = method.judge(layouts[place], timeout=patience).items_placed
+        safe = method.judge(layouts[place], timeout=extent.patience).items_placed
         if safe is not None and safe >= _FEWEST:
             parts.append(layouts[place].first(safe))
-            if sum(map(len, parts[draws - 1 :])) >= most_items:
+            if sum(map(len, parts[extent.draws - 1 :])) >= extent.most_items:
                 break
     sources = []
-    for first in range(min(draws, len(parts))):
+    for first in range(min(extent.draws, len(parts))):
         totals = np.cumsum([len(part) for part in parts[first:]])
-        row = parts[first : first + int(np.searchsorted(totals, most_items)) + 1]
+        row = parts[first : first + int(np.searchsorted(totals, extent.most_items)) + 1]
         sources.append(Source(_side_by_side(f"{name}-{first}", row), len(row[0])))
     return sources
 

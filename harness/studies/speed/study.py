@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -43,8 +44,8 @@ class Speed(Study["Found"]):
         from steadyload.config import bind
         from steadyload.stored import stored_object
         from steadyload.studies.speed.records import Found
-        from steadyload.studies.speed.running import FULL, QUICK, run_speed
-        from steadyload.studies.speed.scenes import case_sets
+        from steadyload.studies.speed.running import run_speed
+        from steadyload.studies.speed.scenes import FULL, QUICK, case_sets
 
         file = lab.work / FILE
         if self.last and file.exists():
@@ -58,10 +59,10 @@ class Speed(Study["Found"]):
         from steadyload.atomic import manifest_text, write_atomically
 
         folder.mkdir(parents=True, exist_ok=True)
-        write_atomically(folder / FILE, manifest_text(found.to_dict()))
+        write_atomically(folder / FILE, manifest_text(asdict(found)))
 
     def printed(self, found: Found, page: Path) -> str:
         """The path of the page, or the figures as JSON."""
         import json
 
-        return json.dumps(found.to_dict(), indent=1) if self.json else str(page)
+        return json.dumps(asdict(found), indent=1) if self.json else str(page)
