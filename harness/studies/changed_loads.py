@@ -176,7 +176,7 @@ def judge_changed(
         file = work / f"{change.name}.layouts"
         write_layouts(without_link(file), map(change.of, layouts), Format.NATIVE)
         definition = StudyDefinition(
-            f"precision, {change.name}",
+            f"precision, {change.name}",  # as the manifests of kept rows name it
             tuple(change.method(name) for name in engines),
             files=(file.resolve(),),
             shard_size=_SHARD,
