@@ -51,8 +51,11 @@ def _gentle():
     return Rule("tilt", "", "", {"forwards": 0.01}, 0.1, 0.5, 0.1, 10.0, displacement=5.0)
 
 
+HERE = pytest.mark.usefixtures("in_this_process")
+
+
 @pytest.fixture
-def run(capsys, tmp_path):
+def run(capsys, tmp_path, in_this_process):
     """Run the command on layouts; returns status, output and errors."""
 
     def of(layouts, *words):
@@ -162,6 +165,7 @@ def test_the_exit_status_tells_the_worst_answer(run, layouts, words, status):
     assert run(layouts, *words, "-m", "ps_opt@mujoco:question=stands")[0] == status
 
 
+@HERE
 def test_what_is_not_valid_is_told_and_the_others_are_judged(capsys, tmp_path):
     file = tmp_path / "two.json"
     write_layouts(file, [STANDING, FALLING], Format.NATIVE)
@@ -200,6 +204,7 @@ def test_wrong_words_end_with_status_two(run, words, message):
     assert message in err
 
 
+@HERE
 def test_files_beyond_the_limit_are_not_read(capsys, tmp_path):
     good, bad = tmp_path / "good.json", tmp_path / "bad.json"
     write_layouts(good, [STANDING], Format.NATIVE)
@@ -289,6 +294,7 @@ def test_a_box_in_the_air_is_called_out_and_fails_beyond_a_limit(run, rise, word
     assert told["reason"] == (told["gap_note"] if answer == "hovers" else "")
 
 
+@HERE
 def test_a_gap_equal_to_the_limit_does_not_hover_at_any_height(capsys, tmp_path):
     """Of files in mm and in cm; records have the gap without what rounding adds."""
     header = (
@@ -362,6 +368,7 @@ def test_the_page_states_the_limit_on_gaps_and_the_axes_of_the_file(run, tmp_pat
     assert "the side of high y and x." in page
 
 
+@HERE
 def test_weights_are_in_the_unit_of_the_file(capsys, tmp_path):
     head = (
         "layout,pallet_length,pallet_width,pallet_height,sequence,id,x,y,z,length,width,height,"
@@ -383,6 +390,7 @@ def test_weights_are_in_the_unit_of_the_file(capsys, tmp_path):
     assert (told["reason"], told["bears_kg"]) == (said, pytest.approx(9.0))
 
 
+@HERE
 def test_rows_of_several_files_name_their_files(capsys, tmp_path):
     for folder in ("a", "b"):
         (tmp_path / folder).mkdir()
@@ -456,6 +464,7 @@ def test_reasons_are_of_the_load_and_those_of_the_method_stand_beside(run):
     assert (told["edge_of_step"], told["base_supported"]) == (0, pytest.approx(8 / 30))
 
 
+@HERE
 def test_sentences_speak_the_axes_and_the_unit_of_the_file(capsys, tmp_path):
     file = tmp_path / "mm.csv"
     file.write_text(
@@ -563,6 +572,7 @@ def test_a_page_of_all_pallets_is_written_beside_the_rows(run, tmp_path):
     ] * 3
 
 
+@HERE
 def test_the_demo_checks_pallets_of_which_half_are_labelled_as_standing(
     capsys, monkeypatch, tmp_path
 ):

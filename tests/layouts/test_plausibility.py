@@ -83,9 +83,11 @@ def grams(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "words", [["check", "-j", "1", "-m", "fbs"], ["score", "-m", "fbs"], ["view", "-m", "fbs"]]
+    "words", [["check", "-m", "fbs"], ["score", "-m", "fbs"], ["view", "-m", "fbs"]]
 )
-def test_check_score_and_view_warn_once(grams, words, capsys, tmp_path, monkeypatch):
+def test_check_score_and_view_warn_once(
+    grams, words, capsys, tmp_path, monkeypatch, in_this_process
+):
     monkeypatch.chdir(tmp_path)
     main([words[0], str(grams), *words[1:]])
     told = capsys.readouterr().err

@@ -312,9 +312,7 @@ def test_a_page_of_an_older_run_says_nothing(study, tmp_path, undrawn):
 
 
 def test_a_study_warns_on_stderr(study, capsys):
-    known = (study / "study.toml").read_text().replace(', "simulation@own:frequency=60"', "")
-    (study / "study.toml").write_text(known)  # a worker process does not know what a test adds
-    run = ("study", "run", str(study / "study.toml"), "-o", str(study / "run"), "-j", "1")
+    run = ("study", "run", str(study / "study.toml"), "-o", str(study / "run"), "--executor", "serial")
     assert main(run) == 0
     out, err = capsys.readouterr()
     assert err.count("warning: ") == 1
@@ -393,11 +391,11 @@ def test_what_does_not_balance_is_not_doubted():
     assert doubt(load, make_method("cascade@mujoco"), static) == ""
 
 
-def test_check_and_score_warn_of_a_fall_that_closed_forms_deny(tmp_path, capsys):
+def test_check_and_score_warn_of_a_fall_that_closed_forms_deny(tmp_path, capsys, in_this_process):
     file, spec = tmp_path / "loads.json", "ps_opt@mujoco:question=stands"
     write_layouts(file, [tall(12, 1.0, 900.0), tall(3, 10.0, 1.0, "plain")], Format.NATIVE)
     warning = f"warning: {spec}: 1 of 2 cases fail although the load is in balance; for example"
-    for words in (["score", str(file)], ["check", str(file), "-j", "1"]):
+    for words in (["score", str(file)], ["check", str(file)]):
         main([*words, "-m", spec, "--json"])
         told = capsys.readouterr()
         assert warning in told.err

@@ -17,6 +17,7 @@ import psutil
 import pytest
 from distributed import Client, Security
 from distributed.comm import connect
+from verdict_tables import verdicts
 
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.packing.packing import random_layouts
@@ -92,11 +93,6 @@ def study_of(methods, generated, shard_size):
     return StudyDefinition(
         "far", tuple(methods.split()), generated=generated, seed=20, shard_size=shard_size
     )
-
-
-def verdicts(directory):
-    frame = load_results(directory)
-    return frame.drop(columns=[c for c in frame if c.startswith(("cpu_", "wall_"))])
 
 
 @pytest.mark.deep("real engines on two Dask workers, one killed: 10 s")

@@ -1,6 +1,5 @@
 """Workers that die: nothing is lost but what was in flight, and nothing is marked falsely."""
 
-import json
 import multiprocessing
 import os
 import signal
@@ -12,9 +11,8 @@ from itertools import islice
 
 import pandas as pd
 import pytest
+from verdict_tables import verdicts
 
-from steadyload.layouts.formats import Format, write_layouts
-from steadyload.layouts.packing.packing import random_layouts
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.pool import PartLimit, Processes, WorkerDiedError, run_units
 from steadyload.runs.results import ResultsError, load_results
@@ -31,18 +29,9 @@ def study_of(*methods, generated=6, shard_size=6, **values):
     )
 
 
-def verdicts(directory):
-    frame = load_results(directory)
-    return frame.drop(columns=[c for c in frame if c.startswith(("cpu_", "wall_"))])
-
-
 def judged(folder):
     file = folder / "judged.txt"
     return file.read_text().splitlines() if file.exists() else []
-
-
-def no_crash(unit, part, reason):
-    raise AssertionError(reason)
 
 
 @pytest.mark.usefixtures("outside")
@@ -168,7 +157,9 @@ def test_a_native_call_that_hangs_costs_one_row_of_status_timeout(tmp_path, monk
 def test_a_hard_limit_is_one_of_every_part(outside):
     unit, quick = outside.Words((0.6, 0.6, 600, 0.6, 600)), outside.Words((0.0,))
     limit = PartLimit(1.0, outside.told_why)
-    found = dict(run_units(outside.burns, [unit, quick], workers=2, crashed=no_crash, limit=limit))
+    found = dict(
+        run_units(outside.burns, [unit, quick], workers=2, crashed=outside.no_crash, limit=limit)
+    )
     why = "no answer within 1 s of CPU time; its process was killed"
     assert found == {unit: [0.6, 0.6, (2, why), 0.6, (4, why)], quick: [0.0]}
     assert not multiprocessing.active_children()
@@ -178,7 +169,9 @@ def test_what_waits_is_ended_by_ten_times_as_much_wall_time(outside):
     """Waiting for 0.5 s costs no CPU time: alone it would not end under a limit of 0.25 s."""
     unit = outside.Words((0.5, 600))
     limit = PartLimit(0.25, outside.told_why)
-    [(_, found)] = run_units(outside.pauses, [unit], workers=1, crashed=no_crash, limit=limit)
+    [(_, found)] = run_units(
+        outside.pauses, [unit], workers=1, crashed=outside.no_crash, limit=limit
+    )
     assert found == [0.5, (1, "no answer within 2.5 s of wall time; its process was killed")]
 
 
@@ -250,7 +243,7 @@ def test_an_exception_of_the_work_is_raised_here(tmp_path):
 def test_an_exception_that_cannot_travel_is_told(outside):
     unit = outside.Words(("one",))
     with pytest.raises(RuntimeError, match="_OddError: this and that"):
-        list(run_units(outside.odd_failures, [unit], workers=1, crashed=no_crash))
+        list(run_units(outside.odd_failures, [unit], workers=1, crashed=outside.no_crash))
 
 
 def test_what_cannot_be_sent_is_named(outside):
@@ -261,7 +254,7 @@ def test_what_cannot_be_sent_is_named(outside):
         (outside.locks, [unit], "lock"),
     ):
         with pytest.raises(UnpicklableError, match=f"{what}.* cannot be sent between processes"):
-            list(run_units(work, units, workers=1, crashed=no_crash))
+            list(run_units(work, units, workers=1, crashed=outside.no_crash))
     assert not multiprocessing.active_children()
 
 
@@ -270,7 +263,7 @@ def test_workers_keep_to_one_thread(outside, monkeypatch):
     monkeypatch.delenv("OPENBLAS_NUM_THREADS", raising=False)
     monkeypatch.setenv("OMP_NUM_THREADS", "3")
     unit = outside.Words(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"))
-    ((_, answers),) = run_units(outside.variables, [unit], workers=2, crashed=no_crash)
+    ((_, answers),) = run_units(outside.variables, [unit], workers=2, crashed=outside.no_crash)
     assert answers == ["1", "3"]
     assert os.getenv("OPENBLAS_NUM_THREADS") is None
     assert os.getenv("OMP_NUM_THREADS") == "3"
@@ -278,7 +271,7 @@ def test_workers_keep_to_one_thread(outside, monkeypatch):
 
 def test_fewer_workers_than_none_are_refused(outside):
     with pytest.raises(ValueError, match="workers is -1; allowed: 0"):
-        list(run_units(outside.variables, [], workers=-1, crashed=no_crash))
+        list(run_units(outside.variables, [], workers=-1, crashed=outside.no_crash))
 
 
 def test_no_more_units_are_asked_for_than_there_is_room_for(outside):
@@ -289,7 +282,7 @@ def test_no_more_units_are_asked_for_than_there_is_room_for(outside):
             drawn.append(len(drawn))
             yield outside.Words((f"UNSET_{len(drawn)}",))
 
-    answers = run_units(outside.variables, units(), workers=2, crashed=no_crash)
+    answers = run_units(outside.variables, units(), workers=2, crashed=outside.no_crash)
     for done, (_, answer) in enumerate(islice(answers, 20), start=1):
         assert answer == [None]
         assert len(drawn) - done < 4
@@ -299,7 +292,7 @@ def test_no_more_units_are_asked_for_than_there_is_room_for(outside):
 
 def test_a_part_in_work_is_killed_when_no_more_results_are_wanted(outside):
     units, begin = [outside.Words((0.0,)), outside.Words((600.0,))], time.monotonic()
-    answers = run_units(outside.pauses, units, workers=2, crashed=no_crash)
+    answers = run_units(outside.pauses, units, workers=2, crashed=outside.no_crash)
     assert next(answers) == (units[0], [0.0])
     answers.close()
     assert time.monotonic() - begin < 300.0
@@ -309,7 +302,7 @@ def test_a_part_in_work_is_killed_when_no_more_results_are_wanted(outside):
 def test_an_executor_keeps_its_workers_for_the_same_work(outside):
     def answers(work):
         units = [outside.Words(("PID",)) for _ in range(3)]
-        found = run_units(work, units, workers=executor, crashed=no_crash)
+        found = run_units(work, units, workers=executor, crashed=outside.no_crash)
         return {answer for _, (answer,) in found}
 
     with Processes(1) as executor:
@@ -347,7 +340,11 @@ def test_a_script_without_a_guard_is_told_so(tmp_path):
 def test_workers_that_cannot_begin_are_not_started_forever(outside, tmp_path, monkeypatch):
     monkeypatch.setenv("OUTSIDE_JUDGES_KILL", str(tmp_path / "deaths"))
     with pytest.raises(WorkerDiedError, match="ended by SIGKILL before it could begin"):
-        list(run_units(outside.variables, [outside.Words(("A",))], workers=1, crashed=no_crash))
+        list(
+            run_units(
+                outside.variables, [outside.Words(("A",))], workers=1, crashed=outside.no_crash
+            )
+        )
     assert (tmp_path / "deaths").read_text() == 11 * "|"
 
 
@@ -355,39 +352,6 @@ def test_resuming_needs_a_run(tmp_path):
     with pytest.raises(ResultsError, match="holds no run to resume"):
         run_study(study_of("fbs"), tmp_path / "run", resume=True)
     assert not (tmp_path / "run").exists()
-
-
-def test_an_interrupt_ends_all_at_once_and_what_is_finished_stays(begin_study, tmp_path):
-    """Ctrl-C reaches the whole process group."""
-    (tmp_path / "study.toml").write_text(
-        'shard_size = 1\nlayouts = ["layouts.json"]\nmethods = ["ps3@mujoco", "ps3@dart"]\n'
-    )
-    # Far more than can be judged before the interrupt comes.
-    write_layouts(tmp_path / "layouts.json", random_layouts(200, seed=20), Format.NATIVE)
-    process = begin_study(tmp_path, "-j", "2")
-    assert len(_group(process.pid)) >= 3
-    os.killpg(process.pid, signal.SIGINT)
-    _, errors = process.communicate(timeout=1800)
-    assert process.returncode == 130
-    assert errors.splitlines() == [
-        "steadyload: interrupted; what is finished stays in run, and the same command goes on"
-    ]
-    deadline = time.monotonic() + 600
-    while _group(process.pid) and time.monotonic() < deadline:
-        time.sleep(0.02)  # Python's tracker of shared resources goes last, by itself
-    assert not _group(process.pid)
-    done = len(load_results(tmp_path / "run"))
-    assert 0 < done < 400
-    manifest = json.loads((tmp_path / "run" / "manifest.json").read_text())
-    assert manifest["finished"] is None
-
-
-def _group(leader):
-    """The processes of a group, without those that have ended."""
-    command = ["ps", "-eo", "pgid=,stat="]
-    found = subprocess.run(command, capture_output=True, text=True, check=True).stdout.split("\n")
-    rows = [line.split() for line in found if line]
-    return [stat for pgid, stat in rows if pgid == str(leader) and not stat.startswith("Z")]
 
 
 TERMINATED_WHILE_STARTING = """

@@ -22,7 +22,7 @@ from steadyload.methods.cascade.thresholds import (
     load_thresholds,
     write_thresholds,
 )
-from steadyload.runs.store import JSON, DamagedError, Store
+from steadyload.runs.store import JSON, Store
 from steadyload.runs.timing import kept_load
 from steadyload.stored import store_list, stored_list
 from steadyload.tuning.cost import TERMS, CostModel, stored_model
@@ -162,14 +162,6 @@ def test_a_load_that_is_damaged_is_not_known(tmp_path, caplog):
     with caplog.at_level(logging.WARNING):
         assert kept_load(file) is None
     assert f"{file}: is damaged" in caplog.text
-
-
-def test_a_damaged_shard_is_made_again(tmp_path):
-    file, read = times(tmp_path)
-    file.write_bytes(file.read_bytes().replace(b"0.25", b"0.35"))
-    with pytest.raises(DamagedError):
-        read()
-    assert Store(tmp_path, JSON).missing(["some"]) == {"some"}
 
 
 def test_a_set_goes_on_when_what_was_asked_is_damaged_and_removed(tmp_path):

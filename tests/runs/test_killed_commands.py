@@ -12,6 +12,7 @@ from random import Random
 
 import pandas as pd
 import pytest
+from verdict_tables import verdicts
 
 from steadyload.cli import main
 from steadyload.labelling.labelling import write_unlabelled
@@ -21,7 +22,7 @@ from steadyload.layouts.benchmark.splits import SplitSizes
 from steadyload.layouts.packing.packing import random_layouts
 from steadyload.learners.weights import load_weights
 from steadyload.runs.definition import load_study
-from steadyload.runs.results import load_results
+from steadyload.runs.results import load_manifest, load_results
 from steadyload.runs.runner import run_study
 from steadyload.tuning.ledger import Ledger
 
@@ -59,10 +60,7 @@ class Victim:
         except subprocess.TimeoutExpired:
             (os.kill if alone else os.killpg)(process.pid, number)
         _, said = process.communicate(timeout=1800)
-        deadline = time.monotonic() + 600
-        while _group(process.pid) and time.monotonic() < deadline:
-            time.sleep(0.02)  # Python's tracker of shared resources goes last, by itself
-        assert not _group(process.pid), "processes are left"
+        _await_the_end_of_all(process.pid)
         lines = [line.split() for line in said.splitlines()]
         if process.returncode == 0 or any(self._last in line[:1] for line in lines):
             return False  # it had said all that it had to say
@@ -108,9 +106,12 @@ def _group(leader):
     return [stat for pgid, stat in rows if pgid == str(leader) and not stat.startswith("Z")]
 
 
-def table(folder):
-    frame = load_results(folder)
-    return frame.drop(columns=[c for c in frame if c.startswith(("cpu_", "wall_"))])
+def _await_the_end_of_all(leader):
+    """Python's tracker of shared resources goes last, by itself."""
+    deadline = time.monotonic() + 600
+    while _group(leader) and time.monotonic() < deadline:
+        time.sleep(0.02)
+    assert not _group(leader), "processes are left"
 
 
 def names(folder):
@@ -137,8 +138,8 @@ def weights(folder):
     return load_weights(folder / "weights").manifest["hashes"]
 
 
-def verdicts(folder):
-    return table(folder / "spatial").to_csv()
+def spatial_verdicts(folder):
+    return verdicts(folder / "spatial").to_csv()
 
 
 def study_in(folder, layouts, *methods):
@@ -148,17 +149,41 @@ def study_in(folder, layouts, *methods):
     return folder
 
 
-def test_a_terminated_study_ends_at_once_and_resumes_to_the_same_table(begin_study, tmp_path):
-    """SIGTERM to the whole group, as a batch system sends it; nothing is said."""
-    process = begin_study(study_in(tmp_path, 100, "fbs", "sme"), "-j", "1")
-    os.killpg(process.pid, signal.SIGTERM)
+ENDED = (60, "fbs", "sme", "ps_opt@mujoco")
+"""A study that is ended: layouts, and methods."""
+
+
+@pytest.fixture(scope="module")
+def never_ended(tmp_path_factory):
+    folder = study_in(tmp_path_factory.mktemp("never"), *ENDED)
+    run_study(load_study(folder / "study.toml"), folder / "run")
+    return folder / "run"
+
+
+@pytest.mark.parametrize(
+    ("number", "told"),
+    [
+        (signal.SIGTERM, ""),
+        (signal.SIGINT, "steadyload: interrupted; what is finished stays in run, and the same "
+                        "command goes on\n"),
+    ],
+    ids=["as a batch system", "by Ctrl-C"],
+)  # fmt: skip
+def test_a_study_that_is_ended_ends_at_once_and_resumes_to_the_same_table(
+    begin_study, tmp_path, never_ended, number, told
+):
+    """A signal to the whole group: of the command and of its workers."""
+    process, run = begin_study(study_in(tmp_path, *ENDED), "-j", "2"), tmp_path / "run"
+    assert len(_group(process.pid)) >= 3
+    os.killpg(process.pid, number)
     _, said = process.communicate(timeout=1800)
-    assert (process.returncode, said) == (-signal.SIGTERM, "")
-    assert 0 < len(load_results(tmp_path / "run")) < 200
-    for name in ("run", "whole"):
-        run_study(load_study(tmp_path / "study.toml"), tmp_path / name)
-    pd.testing.assert_frame_equal(table(tmp_path / "run"), table(tmp_path / "whole"))
-    assert names(tmp_path / "run") == names(tmp_path / "whole")
+    assert (process.returncode, said) == (STATUS[number], told)
+    _await_the_end_of_all(process.pid)
+    assert 0 < len(load_results(run)) < 180
+    assert load_manifest(run)["finished"] is None
+    run_study(load_study(tmp_path / "study.toml"), run)
+    pd.testing.assert_frame_equal(verdicts(run), verdicts(never_ended))
+    assert names(run) == names(never_ended)
 
 
 @pytest.mark.deep("a study over two processes, killed at twenty moments: 70 s")
@@ -170,7 +195,7 @@ def test_a_study_killed_twenty_times_ends_with_the_same_table(begin, tmp_path):
     Victim(begin, whole, words).finish()
 
     def check():
-        pd.testing.assert_frame_equal(table(killed / "run"), table(whole / "run"))
+        pd.testing.assert_frame_equal(verdicts(killed / "run"), verdicts(whole / "run"))
         assert names(killed) == names(whole)
 
     def anew():
@@ -220,7 +245,7 @@ COMMANDS = {
     ),
     "table5": (
         "table5 -m fbs -m sme -m equilibrium --limit 3 --timed 2 --repeats 1 -j 2 --work out "
-        "-o page", verdicts,
+        "-o page", spatial_verdicts,
     ),
 }  # fmt: skip
 """Commands that can be gone on with, and what they make, without clocks."""

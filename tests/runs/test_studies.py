@@ -2,12 +2,8 @@
 
 import dataclasses
 import json
-import os
 import re
-import signal
-import subprocess
 import sys
-import time
 from importlib import metadata
 from pathlib import Path
 
@@ -15,6 +11,7 @@ import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
+from verdict_tables import verdicts
 
 from steadyload.engines.registry import ENGINES, EngineEntry, installed_versions
 from steadyload.engines.world import EngineNotInstalledError
@@ -24,7 +21,6 @@ from steadyload.layouts.packing.packing import random_layouts
 from steadyload.methods import Status
 from steadyload.methods.contract.method import judge
 from steadyload.methods.registry import make_method
-from steadyload.methods.rules.sme import StaticMechanicalEquilibrium
 from steadyload.runs.definition import StudyDefinition, StudyError, load_study
 from steadyload.runs.kept_only import NotKeptError, kept_only
 from steadyload.runs.results import (
@@ -55,11 +51,6 @@ def study_file(tmp_path, stack):
     write_layouts(tmp_path / "layouts.json", layouts, Format.NATIVE)
     (tmp_path / "study.toml").write_text(STUDY)
     return tmp_path / "study.toml"
-
-
-def verdicts(directory):
-    frame = load_results(directory)
-    return frame.drop(columns=[c for c in frame if c.startswith(("cpu_", "wall_"))])
 
 
 def test_a_study_gives_one_row_per_case_and_method(study_file, tmp_path):
@@ -178,14 +169,6 @@ def test_another_floor_counts_as_missing(study_file, tmp_path, stack):
         run_study(load_study(study_file), run)
 
 
-def test_a_raised_version_counts_as_missing(study_file, tmp_path, monkeypatch):
-    study, run = load_study(study_file), tmp_path / "run"
-    run_study(study, run)
-    monkeypatch.setattr(StaticMechanicalEquilibrium, "version", 2)
-    assert run_study(study, run) == 6
-    assert len(load_results(run)) == 18
-
-
 def test_other_code_where_it_is_judged_is_refused(stack):
     made_by = made_now([make_method("sme")])["sme"]
     judgements = ((0, "S1", stack(0.0)),)
@@ -197,49 +180,6 @@ def test_other_code_where_it_is_judged_is_refused(stack):
     ):
         with pytest.raises(OtherCodeError, match=re.escape(message)):
             judge_unit(Unit("sme", judgements, Path("x"), {**made_by, name: value}))
-
-
-@pytest.mark.deep("a study over two processes, killed, gone on with, and run whole: 20 s")
-def test_a_study_that_was_killed_resumes_to_the_same_table(tmp_path):
-    """SIGKILL in the middle: nothing half-written, no orphans, and the rest is computed later."""
-    command = [sys.executable, "-m", "steadyload.cli", "study", "run", str(tmp_path / "study.toml")]
-    (tmp_path / "study.toml").write_text(
-        'name = "killed"\nshard_size = 1\nlimit = 12\nlayouts = ["layouts.json"]\n'
-        'methods = ["ps3@mujoco", "ps3@dart"]\nscenarios = ["S1"]\n'
-    )
-    write_layouts(tmp_path / "layouts.json", random_layouts(12, seed=20), Format.NATIVE)
-    run = tmp_path / "run"
-    process = subprocess.Popen([*command, "-o", str(run), "-j", "2"])
-    deadline = time.monotonic() + 600
-    while not list(run.glob("results/*.parquet")) and time.monotonic() < deadline:
-        time.sleep(0.005)
-    process.send_signal(signal.SIGSTOP)  # nothing more is begun while its workers are looked up
-    children = subprocess.run(
-        ["ps", "--ppid", str(process.pid), "-o", "pid="], capture_output=True, text=True
-    ).stdout.split()
-    process.send_signal(signal.SIGKILL)
-    process.wait()
-    done = len(load_results(run))
-    assert 0 < done < 24, "killed too early or too late to tell"
-    while any(_alive(int(pid)) for pid in children) and time.monotonic() < deadline:
-        time.sleep(0.02)
-    assert not any(_alive(int(pid)) for pid in children)
-    resumed = subprocess.run(
-        [*command, "-o", str(run), "--resume"], capture_output=True, text=True, check=True
-    )
-    assert int(resumed.stdout.split()[0]) < 24
-    subprocess.run([*command, "-o", str(tmp_path / "calm"), "-j", "1"], check=True)
-    pd.testing.assert_frame_equal(verdicts(run), verdicts(tmp_path / "calm"))
-    assert not list(run.glob("results/.*"))
-
-
-def _alive(pid):
-    try:
-        os.kill(pid, 0)
-    except ProcessLookupError:
-        return False
-    state = Path(f"/proc/{pid}/stat")
-    return not (state.exists() and state.read_text().rpartition(")")[2].split()[0] == "Z")
 
 
 @pytest.mark.parametrize(
@@ -257,6 +197,7 @@ def _alive(pid):
         (("seed = 3", "overhang = -1"), "overhang is -1; allowed: a number, 0 to 100000 [cm]"),
         (("seed = 3", 'floor = "desk"'), "floor is 'desk'; did you mean 'deck'?"),
         (('methods = ["fbs"', 'methods = [3, "fbs"'), "methods[0] is 3; allowed: a text"),
+        (('"sme"', '"smee"'), "did you mean 'sme'"),
     ],
 )
 def test_a_wrong_definition_is_refused(study_file, change, message):
@@ -271,12 +212,6 @@ def test_labels_hold_for_the_floor_that_they_were_made_on():
     for given, message in (({"floor": "deck"}, "infinite floor"), ({"overhang": 3.0}, "its own")):
         with pytest.raises(StudyError, match=message):
             StudyDefinition("labels", ("fbs",), benchmark="test", **given)
-
-
-def test_an_unknown_method_in_a_definition_is_refused(study_file):
-    study_file.write_text(STUDY.replace('"sme"', '"smee"'))
-    with pytest.raises(StudyError, match="did you mean 'sme'"):
-        load_study(study_file)
 
 
 def test_a_folder_of_something_else_is_left_alone(study_file, tmp_path):
@@ -307,30 +242,11 @@ def test_two_runs_do_not_share_a_folder(study_file, tmp_path):
     assert run_study(study, run) == 18
 
 
-def test_a_damaged_shard_is_computed_anew(study_file, tmp_path):
-    study, run = load_study(study_file), tmp_path / "run"
-    run_study(study, run)
-    shard = next((run / "results").glob("*.parquet"))
-    shard.write_bytes(shard.read_bytes()[:100])
-    with pytest.raises(ResultsError, match="is damaged"):
-        load_results(run)
-    assert run_study(study, run) == 2
-    assert len(load_results(run)) == 18
-
-
 @pytest.mark.parametrize("content", ["[]", "null", "{}", '{"study": []}', "{", "\xff"])
 def test_a_manifest_that_is_none_is_refused(tmp_path, content):
     (tmp_path / "manifest.json").write_bytes(content.encode("latin-1"))
     with pytest.raises(ResultsError, match=r"manifest\.json"):
         load_results(tmp_path)
-
-
-def test_a_finished_study_keeps_its_times(study_file, tmp_path):
-    study, run = load_study(study_file), tmp_path / "run"
-    run_study(study, run)
-    before = (run / "manifest.json").read_bytes()
-    assert run_study(study, run) == 0
-    assert (run / "manifest.json").read_bytes() == before
 
 
 def test_a_missing_engine_is_said_before_anything_is_judged(study_file, tmp_path, monkeypatch):
@@ -355,14 +271,6 @@ def test_max_items_judges_a_prefix_of_the_same_layout(study_file):
     cut = dataclasses.replace(study, max_items=1).cases(study.layouts())
     for (_, layout), (_, prefix) in zip(whole, cut, strict=True):
         assert prefix.items == layout.items[:1]
-
-
-def test_results_of_another_version_are_refused(study_file, tmp_path):
-    run_study(load_study(study_file), tmp_path / "run")
-    manifest = load_manifest(tmp_path / "run")
-    (tmp_path / "run" / "manifest.json").write_text(json.dumps(manifest | {"schema_version": 0}))
-    with pytest.raises(ResultsError, match="schema version 0"):
-        load_results(tmp_path / "run")
 
 
 def test_an_unexpected_failure_of_a_method_is_a_row(stack, monkeypatch):

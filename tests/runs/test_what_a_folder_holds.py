@@ -1,8 +1,14 @@
 """What a run's folder holds makes nothing else be written or removed; files of others stay."""
 
 import json
+import os
+import resource
+import subprocess
+import sys
 
+import pandas as pd
 import pytest
+from verdict_tables import verdicts
 
 from steadyload.atomic import LinkError, clear_unfinished, write_atomically
 from steadyload.cli import main
@@ -13,7 +19,8 @@ STUDY = 'generated = 4\nmethods = ["fbs"]\nshard_size = 2\n'
 
 
 def run(folder):
-    return main(["study", "run", str(folder / "study.toml"), "-o", str(folder / "run")])
+    words = ["study", "run", str(folder / "study.toml"), "-o", str(folder / "run")]
+    return main([*words, "--executor", "serial"])
 
 
 @pytest.fixture
@@ -127,3 +134,59 @@ def test_a_file_that_a_user_names_is_followed_to_where_it_points(tmp_path):
     write_atomically(tmp_path / "link.json", "new", follow=True)
     assert (tmp_path / "real.json").read_text() == "new"
     assert (tmp_path / "link.json").is_symlink()
+
+
+# --- where nothing can be written -----------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    made = tmp_path_factory.mktemp("whole")
+    (made / "study.toml").write_text(STUDY)
+    assert run(made) == 0
+    return made
+
+
+def full_disk(folder, most):
+    """The command where no file may have more bytes than ``most``."""
+    return subprocess.run(
+        [sys.executable, "-m", "steadyload.cli", "study", "run", "study.toml", "-o", "run"],
+        cwd=folder, capture_output=True, text=True,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (most, most)),
+        env=os.environ | {"PYTHONDONTWRITEBYTECODE": "1"},
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("most", [100, 5_000])
+def test_a_full_disk_loses_nothing(folder, whole, most):
+    """The first limit stops the copy of the layouts, the second one a shard."""
+    ended = full_disk(folder, most)
+    assert ended.returncode == 2
+    assert ended.stderr.startswith("steadyload: ")
+    assert ended.stderr.count("\n") == 1
+    assert "File too large" in ended.stderr
+    left = [p for p in folder.rglob("*") if p.is_file() and p.name != "study.toml"]
+    assert not [p for p in left if p.name != ".lock" and p.stat().st_size >= most]
+    assert run(folder) == 0
+    pd.testing.assert_frame_equal(verdicts(folder / "run"), verdicts(whole / "run"))
+
+
+@pytest.mark.parametrize("place", ["run", "run/results", "run/manifest.json"])
+def test_a_place_that_cannot_be_written_to_is_named(folder, place, capsys):
+    harm = folder / place
+    harm.parent.mkdir(exist_ok=True)
+    if harm.suffix:
+        harm.mkdir()
+    else:
+        harm.write_text("mine")
+    assert run(folder) == 2
+    err = capsys.readouterr().err
+    assert err.startswith("steadyload: ")
+    assert err.count("\n") == 1
+    assert str(folder / "run") in err
+    if harm.is_file():
+        assert harm.read_text() == "mine"
+        harm.unlink()
+    else:
+        harm.rmdir()
+    assert run(folder) == 0
