@@ -177,28 +177,6 @@ def test_scores_for_people(steadyload, layout_file):
     assert second.split()[:5] == ["falls", "sme", "2", "0.500", "1"]
 
 
-def test_an_invalid_layout_can_be_a_record(steadyload, tmp_path):
-    content = json.loads(native(ITEM))
-    content["layouts"].append(
-        json.loads(native(ITEM | {"weight": 0}))["layouts"][0] | {"name": "B"}
-    )
-    (tmp_path / "two.json").write_text(json.dumps(content))
-    done = steadyload("score", "two.json", "--json", "--skip-invalid", cwd=tmp_path)
-    good, bad = json.loads(done.stdout)
-    assert (good["status"], bad["status"], bad["score"]) == ("done", "refused", None)
-    assert "weight is 0 kg" in bad["reason"]
-
-
-def test_a_reader_that_goes_away_is_no_error(layout_file):
-    done = subprocess.run(
-        f"{sys.executable} -m steadyload.cli score {layout_file} --json | head -1",
-        shell=True,
-        capture_output=True,
-        text=True,
-    )
-    assert done.stderr == ""
-
-
 def test_converting_there_and_back(steadyload, layout_file, tmp_path):
     for arguments in (("-o", "a.csv"), ("-o", "b.json", "--to", "job")):
         assert steadyload("convert", layout_file, *arguments, cwd=tmp_path).returncode == 0
@@ -231,8 +209,8 @@ def test_a_timeout_is_a_record(steadyload, layout_file):
         assert (record["status"], record["score"]) == ("timeout", None)
 
 
-def test_the_benchmark_writes_its_page(steadyload, tmp_path):
-    arguments = ("study", "engines", "-o", "out", "--layouts", "1", "--most-items", "20")
+def test_the_benchmark_writes_its_page(steadyload, tmp_path, in_this_process):
+    arguments = ("compare-engines", "-o", "out", "--layouts", "1", "--most-items", "20")
     parts = ("--part", "agreement", "--part", "options")
     done = steadyload(*arguments, *parts, cwd=tmp_path)
     assert done.stdout.strip() == "out/report.md"

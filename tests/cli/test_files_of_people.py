@@ -171,6 +171,9 @@ def test_what_is_done_with_wrong_layouts_can_be_said(folder, capsys):
     status, out, err = run(capsys, "score", "a.json", "--skip-invalid")
     assert (status, err) == (0, "")
     assert "weight is 0 kg" in out
+    _, out, _ = run(capsys, "score", "a.json", "--skip-invalid", "--json")
+    told = [(record["status"], record["score"]) for record in json.loads(out)]
+    assert told[:2] == [("refused", None), ("done", 0.5)]
     status, _, err = run(capsys, "score", "a.json", "--strict", "--skip-invalid")
     assert status == 2
     assert "not allowed with --strict" in err

@@ -1,8 +1,6 @@
 """Plans of packers, made by the packers themselves, as layouts."""
 
 import json
-import re
-from pathlib import Path
 
 import pytest
 
@@ -349,11 +347,3 @@ def test_what_is_no_plan_is_refused_by_name():
     for function in (sl.from_py3dbp, sl.from_packingsolver, sl.from_packvium):
         with pytest.raises(PlanError, match="a int is no plan; allowed: "):
             function(7)
-
-
-def test_the_example_of_the_documentation_prints_what_stands_below_it(capsys):
-    pytest.importorskip("py3dbp")
-    text = (Path(__file__).parents[2] / "docs" / "packers.md").read_text()
-    code, printed = re.search(r"```python\n(.*?)```\n\n```\n(.*?)```", text, re.DOTALL).groups()
-    exec(compile(code, "docs/packers.md", "exec"), {})
-    assert capsys.readouterr().out == printed
