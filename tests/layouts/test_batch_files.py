@@ -185,9 +185,10 @@ def test_standard_input_is_read(monkeypatch, tmp_path):
 
 
 def test_all_real_schedules_and_pallets_are_read(aclpp_files, customers_pallets, tmp_path):
-    for path in [aclpp_files[0], customers_pallets]:
-        assert_read_alike(path)
-        layouts = [layout.on("auto") for layout in read_layouts(path)]
+    for path in [min(aclpp_files, key=lambda file: file.stat().st_size), customers_pallets]:
+        found = read_layouts(path)
+        assert outcome(read_batch, path) == outcome(lambda _, found=found: found, path)
+        layouts = [layout.on("auto") for layout in found]
         plain = [layout for layout in layouts if layout.pallet == Pallet(*layout.pallet.size)]
         if plain:
             write_layouts(tmp_path / "file.csv", plain, Format.CSV)

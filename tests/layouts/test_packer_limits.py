@@ -7,7 +7,6 @@ import pytest
 
 import steadyload as sl
 from steadyload.layouts import LayoutError
-from steadyload.layouts.files.dialect import Dialect
 from steadyload.layouts.files.limits import MAX_VALUE_LENGTH
 from steadyload.layouts.formats import scan_layouts
 from steadyload.layouts.packers.plan import Bin, Placed, plan
@@ -38,21 +37,6 @@ def refusal(path):
         else:
             names.append(entry.name)
     return names, sentences
-
-
-def test_a_unit_can_be_stated_of_a_certificate(tmp_path):
-    path = certificate(tmp_path / "plan.csv", (1, 1))
-    (layout,) = sl.read(path, dialect=Dialect(units="mm"))
-    assert layout.pallet.size == pytest.approx((10.0, 10.0, 10.0))
-    assert layout.items[0].size == pytest.approx((3.0, 4.0, 2.0))
-    (same,) = sl.from_packingsolver(path, units="mm").layouts
-    assert same.items == layout.items
-
-
-def test_what_a_certificate_has_not_cannot_be_stated_of_it(tmp_path):
-    path = certificate(tmp_path / "plan.csv", (1, 1))
-    with pytest.raises(LayoutError, match=r"units can be stated, and not weight and up"):
-        sl.read(path, dialect=Dialect(units="mm", weight="g", up="z"))
 
 
 def test_a_bin_of_too_many_items_is_refused_and_the_others_are_read(tmp_path):

@@ -253,8 +253,9 @@ def test_units_are_told_of_a_certificate_and_nothing_else_of_a_dialect(tmp_path)
     path.write_text(STACKS)
     first, _ = sl.read(path, dialect=sl.Dialect(units="mm"))
     assert [item.size for item in first.items] == [(3.0, 4.0, 2.0)] * 2
-    with pytest.raises(FormatError, match="up"):
-        sl.read(path, dialect=sl.Dialect(up="z"))
+    assert sl.from_packingsolver(path, units="mm").layouts[0].items == first.items
+    with pytest.raises(FormatError, match=r"units can be stated, and not weight and up"):
+        sl.read(path, dialect=sl.Dialect(units="mm", weight="g", up="z"))
 
 
 @pytest.mark.parametrize(

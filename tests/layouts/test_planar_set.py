@@ -3,23 +3,17 @@
 import dataclasses
 import json
 
-import numpy as np
-import pandas as pd
 import pytest
 
 from steadyload.cli import main
-from steadyload.labelling.label_rows import LABEL, LIMITS
 from steadyload.labelling.labelling import build_set, split_sizes
 from steadyload.layouts.benchmark import PLANAR, load_benchmark
 from steadyload.layouts.benchmark.build import (
     PLANAR_OPTIONS,
     BuildOptions,
     build,
-    draw_case,
 )
-from steadyload.layouts.benchmark.dataset import SETS
 from steadyload.layouts.benchmark.overview import overview
-from steadyload.layouts.benchmark.splits import assign_splits
 from steadyload.layouts.model.scenarios import Scenario, apply_scenario
 from steadyload.layouts.packing.heuristics import HEURISTICS
 from steadyload.layouts.packing.packing import (
@@ -29,8 +23,6 @@ from steadyload.layouts.packing.packing import (
     make_instance,
     pack_instance,
 )
-from steadyload.methods.contract.method import Status
-from steadyload.methods.registry import make_method
 from steadyload.methods.simulation.scene import planar_scene
 from steadyload.runs.definition import load_study
 from steadyload.runs.labels import load_labels
@@ -98,100 +90,6 @@ def test_the_command_builds_a_planar_set(tmp_path, capsys):
     manifest = load_benchmark(out).manifest
     assert (manifest["planar"], manifest["instances"]) == (True, 1)
     assert split_sizes(manifest) == PLANAR_OPTIONS.splits
-
-
-# --- the one that comes with the package ---------------------------------------------------------
-
-
-def test_every_case_is_planar_and_every_geometry_there_once(benchmark):
-    assert len(benchmark.layouts) > 900
-    assert len(benchmark.cases) == 3 * len(benchmark.layouts)
-    geometries = set()
-    for name, scenario in zip(benchmark.cases["layout"], benchmark.cases["scenario"], strict=True):
-        layout = benchmark.layout(name, scenario)
-        assert planar_scene(layout).across == "depth", (name, scenario)
-        assert PLANAR_OPTIONS.fewest_items <= len(layout) <= MOST_ITEMS
-        assert (scenario == "S1") == (not layout.mass_offsets.any())
-        geometries.add(layout.geometry_hash())
-    assert len(geometries) == len(benchmark.layouts)
-    assert set(benchmark.layouts["item_class"]) == set(ITEM_CLASSES)
-    assert (benchmark.cases["status"] == Status.DONE).mean() > 0.999
-    assert sum(file.stat().st_size for file in SETS[PLANAR].iterdir()) < 500e3
-
-
-def test_no_item_list_lies_in_two_splits(benchmark):
-    held = benchmark.cases.dropna(subset=["split"]).groupby("split")["instance"].agg(set)
-    assert set(held.index) == {"train", "validation", "test"}
-    assert sum(map(len, held)) == len(set.union(*held)) == benchmark.layouts["instance"].nunique()
-    for part in held:
-        assert {name.split("_Instance")[0][-1] for name in part} == {"1", "2", "3"}
-    left_over = set(benchmark.cases[benchmark.cases["split"].isna()]["instance"])
-    assert not left_over & held["train"]
-
-
-@pytest.mark.parametrize("scenario", SCENARIOS)
-@pytest.mark.parametrize("part", ["validation", "test", "test-300"])
-def test_held_out_parts_are_half_stable(benchmark, part, scenario):
-    cases = benchmark.select(part, scenarios=(scenario,))
-    assert len(cases) == 300
-    assert cases["failing_step"].isna().sum() == 150
-
-
-def test_splits_follow_from_the_labels(benchmark):
-    cases = benchmark.cases.join(benchmark.layouts["item_class"], on="layout")
-    sizes = PLANAR_OPTIONS.splits
-    assert benchmark.manifest["splits"] == sizes.stored()
-    again = assign_splits(cases, seed=benchmark.manifest["seed"], sizes=sizes)
-    assert (again["split"].fillna("") == cases["split"].fillna("")).all()
-    assert (again["rank"].fillna(-1) == cases["rank"].fillna(-1)).all()
-
-
-def test_a_random_sample_is_remade_from_scratch(benchmark):
-    options, method = PLANAR_OPTIONS, make_method(LABEL)
-    assert benchmark.manifest["instances"] == options.instances
-    assert benchmark.manifest["seed"] == options.seed
-    for case in benchmark.cases.sample(8, random_state=2).itertuples():
-        heuristic, _, _, number, _, which, _, bin_number = case.layout[1:].split("_")
-        items = options.item_counts[int(number)]
-        instance = make_instance(
-            int(number), int(which), seed=options.seed, item_count=items, planar=True
-        )
-        packed = pack_instance(instance, HEURISTICS[int(heuristic) - 1])[int(bin_number)]
-        layout = draw_case(packed, Scenario(case.scenario), options.seed, planar=True)
-        assert packed.name == case.layout
-        assert layout.content_hash() == benchmark.layout(case.layout, case.scenario).content_hash()
-        said = method.judge(layout).failing_step
-        assert (said is None) if pd.isna(case.failing_step) else said == case.failing_step
-
-
-@pytest.mark.parametrize(
-    "engine", ["chipmunk", pytest.param("mujoco", marks=pytest.mark.deep("walls in space: 7 s"))]
-)
-def test_engines_in_the_plane_and_in_space_agree_with_the_labels(benchmark, engine):
-    """Of the whole validation split Chipmunk names 98.3 % of the labels, MuJoCo 98.1 %."""
-    method = make_method(f"label@{engine}:frequency=480")
-    same = []
-    for case in benchmark.select("validation", limit=SAMPLE // 3).itertuples():
-        said = method.judge(benchmark.layout(case.layout, case.scenario)).failing_step
-        same.append(said is None if pd.isna(case.failing_step) else said == case.failing_step)
-    assert len(same) == SAMPLE
-    assert np.mean(same) > 0.9
-
-
-def test_other_limits_are_asked_of_all_held_out_cases(benchmark):
-    held_out = benchmark.cases[benchmark.cases["split"].isin(("validation", "test"))]
-    needed = set(zip(held_out["layout"], held_out["scenario"], strict=True))
-    assert set(benchmark.opinions["judge"]) == {str(make_method(spec).spec) for spec in LIMITS}
-    for judge, own in benchmark.opinions.groupby("judge"):
-        assert len(own) == len(needed), judge
-        assert set(zip(own["layout"], own["scenario"], strict=True)) == needed
-
-
-def test_the_manifest_names_clean_commits():
-    manifest = json.loads((SETS[PLANAR] / "manifest.json").read_text())
-    for step in ("built_with", "labelled_with"):
-        assert manifest[step]["git"]
-        assert "dirty" not in manifest[step]["git"]
 
 
 # --- how it is named -----------------------------------------------------------------------------

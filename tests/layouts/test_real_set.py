@@ -2,6 +2,7 @@
 
 import json
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -49,16 +50,15 @@ OPTIONS = RealOptions(
 )
 
 
-def pallet(name, count, *, at=0.0):
+def pallet(name, count, *, at=0.0, height=10.0):
     boxes = tuple(
-        sl.Item(k, position=(at, 10.0 * k, 0.0), size=(30.0, 10.0, 40.0), weight=1.0 + k)
+        sl.Item(k, position=(at, height * k, 0.0), size=(30.0, height, 40.0), weight=1.0 + k)
         for k in range(count)
     )
     return sl.Layout(name, sl.Pallet(80.0, 200.0, 120.0), boxes)
 
 
-@pytest.fixture
-def inputs(tmp_path):
+def written_inputs(tmp_path):
     containers, products = tmp_path / "containers", tmp_path / "products"
     containers.mkdir()
     products.mkdir()
@@ -74,9 +74,23 @@ def inputs(tmp_path):
 
 
 @pytest.fixture
+def inputs(tmp_path):
+    return written_inputs(tmp_path)
+
+
+@pytest.fixture(scope="module")
 def packers():
     for package in ("packingsolver3d", "packvium", "py3dbp"):
         pytest.importorskip(package)
+
+
+@pytest.fixture(scope="module")
+def built(packers, tmp_path_factory):
+    """A set, its inputs, what its making returned, and the progress it told."""
+    folder, seen = tmp_path_factory.mktemp("real"), []
+    inputs = written_inputs(folder)
+    count = build_real_set(OPTIONS, inputs, folder / "set", lambda *done: seen.append(done))
+    return SimpleNamespace(folder=folder / "set", inputs=inputs, count=count, seen=seen)
 
 
 # --- item lists -----------------------------------------------------------------------------------
@@ -140,15 +154,6 @@ DAMAGED_ITEMS = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("text", "message"), DAMAGED_ITEMS)
-def test_damaged_items_are_refused_with_file_and_line(text, message, tmp_path):
-    path = tmp_path / "A_1_items.csv"
-    path.write_text(text)
-    with pytest.raises(ItemListError) as error:
-        read_items(path)
-    assert str(error.value).startswith(f"{path}: {message}")
-
-
 DAMAGED_PRODUCTS = [
     ("", "line 1 is empty; allowed: #products NUMBER"),
     ("#layers 4\n", "line 1 is '#layers 4'; allowed: #products NUMBER"),
@@ -159,13 +164,20 @@ DAMAGED_PRODUCTS = [
 ]
 
 
-@pytest.mark.parametrize(("text", "message"), DAMAGED_PRODUCTS)
-def test_damaged_products_are_refused_with_file_and_line(text, message, tmp_path):
-    path = tmp_path / "inst1.csv"
+@pytest.mark.parametrize(
+    ("read", "text", "message"),
+    [
+        *((read_items, *damaged) for damaged in DAMAGED_ITEMS),
+        *((read_products, *damaged) for damaged in DAMAGED_PRODUCTS),
+    ],
+)
+def test_damaged_lists_are_refused_with_file_and_line(read, text, message, tmp_path):
+    path = tmp_path / "A_1_items.csv"
     path.write_text(text)
     with pytest.raises(ItemListError) as error:
-        read_products(path)
-    assert str(error.value) == f"{path}: {message}"
+        read(path)
+    said = str(error.value).removeprefix(f"{path}: ")
+    assert said == message if read is read_products else said.startswith(message)
 
 
 def test_folders_that_do_not_do_are_refused(inputs, tmp_path):
@@ -192,12 +204,10 @@ def test_folders_that_do_not_do_are_refused(inputs, tmp_path):
 # --- layouts --------------------------------------------------------------------------------------
 
 
-def test_a_set_holds_pallets_and_one_plan_a_list_and_packer(inputs, packers, tmp_path):
-    seen = []
-    count = build_real_set(OPTIONS, inputs, tmp_path / "set", lambda *done: seen.append(done))
-    assert seen == [(1, 4), (2, 4), (3, 4), (4, 4)]
-    found = sl.load_benchmark(tmp_path / "set")
-    assert len(found.cases) == count
+def test_a_set_holds_pallets_and_one_plan_a_list_and_packer(built):
+    assert built.seen == [(1, 4), (2, 4), (3, 4), (4, 4)]
+    found = sl.load_benchmark(built.folder)
+    assert len(found.cases) == built.count
     assert set(found.cases["status"]) == {"unlabelled"}
     assert set(found.layouts["item_class"]) == {0}
     layouts = found.layouts[found.layouts["weights"].map(len).between(2, 9)]
@@ -218,20 +228,19 @@ def test_a_set_holds_pallets_and_one_plan_a_list_and_packer(inputs, packers, tmp
     assert len(geometries) == len(layouts)
 
 
-def test_large_layouts_are_cases_in_one_scenario(inputs, packers):
-    layouts, cases = build_real(OPTIONS, inputs)
-    scenarios = {name: [] for name in layouts["layout"]}
-    for scenario, layout in cases:
-        scenarios[layout.name].append(scenario)
-        assert layout.mass_offsets.any() == (scenario != "S1")
-    for name, weights in zip(layouts["layout"], layouts["weights"], strict=True):
+def test_large_layouts_are_cases_in_one_scenario(built):
+    found = sl.load_benchmark(built.folder)
+    scenarios = {name: [] for name in found.layouts.index}
+    for name, scenario in zip(found.cases["layout"], found.cases["scenario"], strict=True):
+        scenarios[name].append(scenario)
+        assert found.layout(name, scenario).mass_offsets.any() == (scenario != "S1")
+    for name, weights in found.layouts["weights"].items():
         assert scenarios[name] == (["S1", "S2a", "S2b"] if len(weights) <= 4 else ["S1"])
 
 
-def test_pallets_keep_their_order_their_weights_and_their_floor(inputs, packers, tmp_path):
-    build_real_set(OPTIONS, inputs, tmp_path / "set")
-    found = sl.load_benchmark(tmp_path / "set")
-    for layout in sl.read(inputs.pallets):
+def test_pallets_keep_their_order_their_weights_and_their_floor(built):
+    found = sl.load_benchmark(built.folder)
+    for layout in sl.read(built.inputs.pallets):
         if layout.name.startswith("7"):
             stored = found.layout(layout.name, "S1")
             assert stored.content_hash() == layout.content_hash()
@@ -241,9 +250,8 @@ def test_pallets_keep_their_order_their_weights_and_their_floor(inputs, packers,
     assert kinds == [FloorKind.INFINITE, FloorKind.DECK]
 
 
-def test_the_manifest_says_what_the_set_is_made_from(inputs, packers, tmp_path):
-    build_real_set(OPTIONS, inputs, tmp_path / "set")
-    manifest = json.loads((tmp_path / "set" / "manifest.json").read_text())
+def test_the_manifest_says_what_the_set_is_made_from(built):
+    manifest = json.loads((built.folder / "manifest.json").read_text())
     assert (manifest["origin"], manifest["seed"]) == ("real", OPTIONS.seed)
     assert list(manifest["packers"]["names"]) == list(PACKERS)
     assert set(manifest["packers"]["versions"]) == {"packingsolver3d", "packvium", "py3dbp"}
@@ -290,7 +298,7 @@ def test_the_command_builds_the_set_and_refuses_to_replace_it(inputs, packers, t
     write_layouts(inputs.pallets, [pallet("9.order-0", 18)], Format.NATIVE)
     assert main(command) == 2
     assert "nothing has 25 to 150 items" in capsys.readouterr().err
-    write_layouts(inputs.pallets, [tower("9.order-0", 30)], Format.NATIVE)
+    write_layouts(inputs.pallets, [pallet("9.order-0", 30, height=5.0)], Format.NATIVE)
     assert main(command) == 0
     assert "3 cases" in capsys.readouterr().out
     assert list(sl.load_benchmark(tmp_path / "set").layouts.index) == ["9.order-0"]
@@ -300,11 +308,3 @@ def test_the_command_builds_the_set_and_refuses_to_replace_it(inputs, packers, t
     command[9] = str(tmp_path / "other")
     assert main(command) == 2
     assert "nowhere: is no folder; allowed: one that holds instances" in capsys.readouterr().err
-
-
-def tower(name, count):
-    boxes = tuple(
-        sl.Item(k, position=(0.0, 5.0 * k, 0.0), size=(30.0, 5.0, 40.0), weight=1.0)
-        for k in range(count)
-    )
-    return sl.Layout(name, sl.Pallet(80.0, 200.0, 120.0), boxes)

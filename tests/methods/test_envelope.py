@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import shutil
 
 import numpy as np
 import pytest
@@ -234,24 +235,44 @@ def test_generated_layouts_are_inside_a_fine_engine():
 # --- who is told --------------------------------------------------------------------------------
 
 
-@pytest.fixture
-def study(tmp_path, monkeypatch):
-    """A layout far out, one inside, and an engine that nobody has measured."""
-    monkeypatch.setitem(ENGINES, "own", EngineEntry("steadyload.engines.with_bullet:BulletWorld"))
-    write_layouts(tmp_path / "layouts.json", [FLAT, HEAVY_ON_LIGHT], Format.NATIVE)
-    (tmp_path / "study.toml").write_text(
+TOLD = "simulation@bullet:frequency=60"
+
+
+@pytest.fixture(scope="module")
+def ran(tmp_path_factory):
+    """A layout far out, one inside, and an engine that nobody has measured: a study that has run,
+    with a method that is spelt otherwise.
+    """
+    folder = tmp_path_factory.mktemp("outside")
+    write_layouts(folder / "layouts.json", [FLAT, HEAVY_ON_LIGHT], Format.NATIVE)
+    (folder / "study.toml").write_text(
         'name = "outside"\nlayouts = ["layouts.json"]\n'
         'methods = ["sme", "simulation@bullet:frequency=60", "simulation@own:frequency=60"]\n'
     )
-    return tmp_path
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setitem(ENGINES, "own", EngineEntry("steadyload.engines.with_bullet:BulletWorld"))
+        asked = load_study(folder / "study.toml")
+        methods = tuple(f"{spec}.0" if spec == TOLD else spec for spec in asked.methods)
+        run_study(dataclasses.replace(asked, methods=methods), folder / "run")
+        yield folder
 
 
-def test_a_manifest_says_how_many_cases_are_outside(study):
-    run_study(load_study(study / "study.toml"), study / "run")
-    use = load_manifest(study / "run")["envelope"]
-    assert list(use) == ["simulation@bullet:frequency=60", "simulation@own:frequency=60"]
+@pytest.fixture
+def study(ran, tmp_path):
+    """A copy of its folder."""
+    return shutil.copytree(ran, tmp_path / "outside")
+
+
+def page_of(study):
+    found = compare(study / "run")
+    return write_page(Comparison(directory=study / "run").page(found), study / "page").read_text()
+
+
+def test_a_manifest_says_how_many_cases_are_outside(ran):
+    use = load_manifest(ran / "run")["envelope"]
+    assert list(use) == [TOLD, "simulation@own:frequency=60"]
     assert use["simulation@own:frequency=60"] == {"measured": False}
-    found = use["simulation@bullet:frequency=60"]
+    found = use[TOLD]
     assert (found["measured"], found["cases"], found["of"]) == (True, 1, 2)
     first = found["reasons"][0]
     assert (first["limit"], first["cases"], first["example"]) == ("heavy on light", 1, "heavy")
@@ -259,12 +280,10 @@ def test_a_manifest_says_how_many_cases_are_outside(study):
 
 
 def test_a_new_envelope_is_news_to_a_finished_run(study, monkeypatch):
-    definition = load_study(study / "study.toml")
-    run_study(definition, study / "run")
     generous = Envelope(100, 1e6, 1e6, 0.1, 1000.0, 200, True)
     monkeypatch.setattr(module, "envelopes", lambda at_rest: {"bullet": ((60.0, generous),)})
-    assert run_study(definition, study / "run") == 0
-    found = load_manifest(study / "run")["envelope"]["simulation@bullet:frequency=60"]
+    assert run_study(load_study(study / "study.toml"), study / "run") == 0
+    found = load_manifest(study / "run")["envelope"][TOLD]
     assert (found["cases"], found["reasons"]) == (0, [])
 
 
@@ -273,58 +292,37 @@ def test_the_most_frequent_reason_comes_first(study):
     light = layout(cube(0.0, 0, 1e-6), cube(0.0, 1), cube(0.0, 2), name="light")
     write_layouts(study / "layouts.json", [high, HEAVY_ON_LIGHT, light], Format.NATIVE)
     run_study(load_study(study / "study.toml"), study / "run")
-    found = load_manifest(study / "run")["envelope"]["simulation@bullet:frequency=60"]
+    found = load_manifest(study / "run")["envelope"][TOLD]
     counts = [reason["cases"] for reason in found["reasons"]]
     assert counts == sorted(counts, reverse=True)
     assert counts[0] > counts[-1]
 
 
-def test_a_page_says_it_too(study, tmp_path, undrawn):
-    run_study(load_study(study / "study.toml"), study / "run")
-    text = write_page(
-        RunReport(directory=study / "run").page(compare(study / "run")), tmp_path / "page"
-    ).read_text()
+def test_a_page_says_it_too(study, undrawn):
+    text = page_of(study)
     part = text.partition("## Beyond the engines' envelopes")[2].partition("\n## ")[0]
     assert "| 1 of 2" in part
     assert "heavy: an item 1e+06 times as heavy" in part
     assert "Nothing was measured of the engine and frequency of PS @ own" in part
-
-
-def test_a_page_knows_a_method_however_it_was_spelt(study, tmp_path, undrawn):
-    asked = load_study(study / "study.toml")
-    asked = dataclasses.replace(asked, methods=("simulation@bullet:frequency=60.0",))
-    run_study(asked, study / "run")
-    text = write_page(
-        RunReport(directory=study / "run").page(compare(study / "run")), tmp_path / "page"
-    ).read_text()
-    assert "heavy: an item 1e+06 times as heavy" in text
-
-
-def test_a_page_of_an_older_run_says_nothing(study, tmp_path, undrawn):
-    run_study(load_study(study / "study.toml"), study / "run")
     manifest = load_manifest(study / "run")
     del manifest["envelope"]
     (study / "run" / "manifest.json").write_text(json.dumps(manifest))
-    text = write_page(
-        RunReport(directory=study / "run").page(compare(study / "run")), tmp_path / "page"
-    ).read_text()
-    assert "envelopes" not in text
+    assert "envelopes" not in page_of(study), "a run of an earlier version has no such part"
 
 
 def test_a_study_warns_on_stderr(study, capsys):
-    run = ("study", "run", str(study / "study.toml"), "-o", str(study / "run"), "--executor", "serial")
-    assert main(run) == 0
-    out, err = capsys.readouterr()
-    assert err.count("warning: ") == 1
-    assert "warning: simulation@bullet:frequency=60: 1 of 2 cases lie beyond" in err
-    assert 'for example layout "heavy": an item 1e+06 times as heavy' in err
-    assert "warning" not in out
-    assert main(run) == 0
-    assert "1 of 2 cases" in capsys.readouterr().err, "also when nothing is computed"
+    run = ("study", "run", str(study / "study.toml"), "-o", str(study / "run"))
+    for more in (["--rerun"], []):  # also where nothing is computed
+        assert main((*run, "--executor", "serial", *more)) == 0
+        out, err = capsys.readouterr()
+        assert err.count("warning: ") == 1
+        assert f"warning: {TOLD}: 1 of 2 cases lie beyond" in err
+        assert 'for example layout "heavy": an item 1e+06 times as heavy' in err
+        assert "warning" not in out
 
 
 def test_a_score_warns_on_stderr_and_in_its_records(study, capsys):
-    file, method = str(study / "layouts.json"), "simulation@bullet:frequency=60"
+    file, method = str(study / "layouts.json"), TOLD
     assert main(("score", file, "-m", method, "-m", "sme", "--json")) == 0
     out, err = capsys.readouterr()
     assert err.count("warning: ") == 1

@@ -156,11 +156,9 @@ def test_sme_counts_only_what_lies_directly_on_top():
 
 def test_shares_of_stable_real_layouts(aclpp_files):
     """An independent statement of the authors' rules gave .350, .939, .954 and .934."""
-    layouts = [
-        apply_scenario(lay.first(20), Scenario.S1, 0)
-        for file in aclpp_files
-        for lay in read_layouts(file)
-    ]
+    read = [layout for file in aclpp_files for layout in read_layouts(file)]
+    assert len(read) == len({layout.name for layout in read}) == 700
+    layouts = [apply_scenario(layout.first(20), Scenario.S1, 0) for layout in read]
     for spec, expected in {"fbs": 0.350, "pbs0.7": 0.939, "pbs0.5": 0.954, "sme": 0.934}.items():
         verdicts = make_method(spec).judge_many(layouts)
         assert sum(v.stable for v in verdicts) / len(verdicts) == pytest.approx(expected, abs=0.01)

@@ -90,7 +90,7 @@ def session_steps(spec, layouts):
 def pairs(gap):
     """A box over another one of so many heights, apart by some tenths of a millimetre."""
     pallet = (12_000, 16_000, 8_000)
-    for k in range(100, 1100):
+    for k in range(100, 1100, 4):
         below, above = (0, 0, 0, 4_000, 10 * k, 4_000), (0, 10 * k + gap, 0, 4_000, 1_000, 4_000)
         yield pallet, (below, above)
 
@@ -100,9 +100,8 @@ def test_a_gap_of_exactly_the_tolerance_is_none_at_any_height(units, tmp_path):
     ties = in_file(tmp_path / "ties.csv", units, pairs(1))
     apart = in_file(tmp_path / "apart.csv", units, pairs(2))
     for spec in RULES:
-        assert failing_steps(spec, ties) == [None] * 1000
-        assert session_steps(spec, ties) == [None] * 1000
-        assert failing_steps(spec, apart) == session_steps(spec, apart) == [1] * 1000
+        assert failing_steps(spec, ties) == session_steps(spec, ties) == [None] * 250
+        assert failing_steps(spec, apart) == session_steps(spec, apart) == [1] * 250
 
 
 def test_forces_at_sides_act_across_a_gap_of_exactly_the_tolerance():
