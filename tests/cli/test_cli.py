@@ -177,6 +177,16 @@ def test_scores_for_people(steadyload, layout_file):
     assert second.split()[:5] == ["falls", "sme", "2", "0.500", "1"]
 
 
+def test_a_reader_that_goes_away_is_no_error(layout_file):
+    done = subprocess.run(
+        f"{sys.executable} -m steadyload.cli score {layout_file} --json | head -1",
+        shell=True,
+        capture_output=True,
+        text=True,
+    )
+    assert done.stderr == ""
+
+
 def test_converting_there_and_back(steadyload, layout_file, tmp_path):
     for arguments in (("-o", "a.csv"), ("-o", "b.json", "--to", "job")):
         assert steadyload("convert", layout_file, *arguments, cwd=tmp_path).returncode == 0
