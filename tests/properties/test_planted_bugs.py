@@ -7,7 +7,7 @@ import types
 import pytest
 
 from steadyload.engines import registry
-from steadyload.engines.registry import EngineEntry, world_class
+from steadyload.engines.registry import EngineEntry, engine_names, world_class
 from steadyload.properties.property import MethodUnderTest
 from steadyload.properties.registry import PROPERTIES
 from steadyload.properties.search import search
@@ -65,8 +65,24 @@ SEED = 3
 """The mirror shows mirrored offsets on few layouts; these draws have one of them early."""
 
 
+OF_A_KIND = ("mujoco", "chipmunk")
+"""An engine in space, and one in the plane."""
+
+
+@pytest.mark.parametrize("name", OF_A_KIND)
 @pytest.mark.parametrize("bug", CAUGHT_BY)
-def test_a_planted_bug_is_caught(bug, engine, monkeypatch):
+def test_a_planted_bug_is_caught(bug, name, monkeypatch):
+    assert_caught(bug, name, monkeypatch)
+
+
+@pytest.mark.deep("the same bugs in other engines: 40 s")
+@pytest.mark.parametrize("name", [name for name in engine_names() if name not in OF_A_KIND])
+@pytest.mark.parametrize("bug", CAUGHT_BY)
+def test_a_planted_bug_is_caught_in_every_engine(bug, name, monkeypatch):
+    assert_caught(bug, name, monkeypatch)
+
+
+def assert_caught(bug, engine, monkeypatch):
     module = types.ModuleType("planted")
     module.World = bug(world_class(engine))
     monkeypatch.setitem(sys.modules, "planted", module)
