@@ -22,12 +22,17 @@ from xml.etree import ElementTree
 
 import matplotlib.image
 import pytest
+from hypothesis import HealthCheck, settings
 
 from steadyload.engines.registry import absent_engines, engine_names, engines, world_class
 from steadyload.engines.world import EngineNotInstalledError
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.methods import registry
 from steadyload.runs import pool
+
+# A busy machine fails no test.
+settings.register_profile("unhurried", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile("unhurried")
 
 ACLPP = Path(__file__).resolve().parents[2] / "shared" / "data" / "aclpp"
 PALLETS = Path(__file__).resolve().parents[2] / "shared" / "data" / "pallets" / "pallets.json"

@@ -63,7 +63,7 @@ def test_a_batch_of_arrays_is_that_of_the_layouts():
     assert_equal_batches(LayoutBatch.from_arrays(**arrays_of(expected)), expected)
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(any_layouts())
 def test_a_batch_of_any_arrays_is_that_of_the_layouts(layout):
     expected = LayoutBatch.of([layout, layout])

@@ -220,7 +220,7 @@ def several(draw):
     return made
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(several(), st.randoms(use_true_random=False))
 def test_written_files_in_any_order_are_read_alike(tmp_path_factory, layouts, random):
     head, *rows = as_csv(layouts).splitlines()
@@ -236,7 +236,7 @@ PIECES = st.sampled_from([
 ])  # fmt: skip
 
 
-@settings(deadline=None, max_examples=150)
+@settings(max_examples=150)
 @given(st.lists(st.tuples(st.integers(0, 400), st.integers(0, 3), PIECES), min_size=1, max_size=3))
 def test_a_file_with_mistakes_is_read_or_refused_alike(tmp_path_factory, changes):
     content = bytearray(PLAIN.encode())

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from steadyload.layouts import Item, Layout, LayoutError, Pallet
@@ -16,10 +16,7 @@ from steadyload.properties.strategies import layouts, packings
 from steadyload.statics.kernels.cells import SLABS, enter, items_near, leave
 from steadyload.statics.kernels.growing import first_arrays
 
-FEW = settings(
-    max_examples=60, deadline=None, derandomize=True, database=None,
-    suppress_health_check=[HealthCheck.too_slow],
-)  # fmt: skip
+FEW = settings(max_examples=60, derandomize=True)
 
 
 def assert_equal(growing, items):

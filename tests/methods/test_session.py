@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 import pytest
 from convex_hulls import strictly_inside_hull
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from steadyload.engines.world import EngineError
@@ -25,10 +25,7 @@ from steadyload.methods.simulation.placements import Placements
 from steadyload.properties.strategies import layouts, packings
 from steadyload.statics.touching import touching_points
 
-FEW = settings(
-    max_examples=40, deadline=None, derandomize=True, database=None,
-    suppress_health_check=[HealthCheck.too_slow],
-)  # fmt: skip
+FEW = settings(max_examples=40, derandomize=True)
 
 RULES = (
     "fbs",

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from steadyload.layouts import Item, Layout, Pallet
@@ -66,10 +66,7 @@ _piece = st.tuples(
 )
 
 
-@settings(
-    max_examples=300, deadline=None, derandomize=True, database=None,
-    suppress_health_check=[HealthCheck.too_slow],
-)  # fmt: skip
+@settings(max_examples=300, derandomize=True)
 @given(pieces=st.lists(_piece, min_size=2, max_size=6), undo=st.booleans())
 def test_a_session_says_of_pieces_what_is_said_of_the_whole(pieces, undo):
     session = LoadingSession(PALLET, "equilibrium:time=0.3")

@@ -10,7 +10,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import steadyload as sl
@@ -199,10 +199,7 @@ def piles(draw):
 
 
 @given(pile=piles(), at=st.tuples(st.integers(0, 90_000), st.integers(0, 90_000)))
-@settings(
-    max_examples=30, deadline=None, derandomize=True, database=None,
-    suppress_health_check=[HealthCheck.too_slow],
-)  # fmt: skip
+@settings(max_examples=30, derandomize=True)
 def test_verdicts_at_ties_hang_neither_on_place_nor_on_unit_nor_on_side(pile, at, tmp_path_factory):
     pallet, boxes, failing = pile
     here = in_memory(pallet, boxes)

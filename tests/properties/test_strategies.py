@@ -17,10 +17,7 @@ from steadyload.properties.registry import PROPERTIES
 from steadyload.properties.search import search
 from steadyload.properties.transforms import brought_within, mirrored, quarter_turned, translated
 
-FEW = settings(
-    max_examples=60, deadline=None, derandomize=True, database=None,
-    suppress_health_check=[HealthCheck.too_slow],
-)  # fmt: skip
+FEW = settings(max_examples=60, derandomize=True)
 
 
 def smallest(strategy, condition):
@@ -28,10 +25,9 @@ def smallest(strategy, condition):
         strategy,
         condition,
         settings=settings(
-            max_examples=2000, derandomize=True, database=None,
-            suppress_health_check=list(HealthCheck), deadline=None,
+            max_examples=2000, derandomize=True, suppress_health_check=[*HealthCheck]
         ),
-    )  # fmt: skip
+    )
 
 
 def test_layouts_shrink_to_few_small_centred_items():

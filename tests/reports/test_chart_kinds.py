@@ -35,7 +35,7 @@ estimates = st.builds(
     lambda low, value, high: Estimate(*sorted((low, value, high))[1::-1], max(low, value, high), 9),
     numbers, numbers, numbers,
 )  # fmt: skip
-few = settings(max_examples=20, deadline=None)
+few = settings(max_examples=20)
 
 
 def line_data(axes):

@@ -12,7 +12,7 @@ from steadyload.runs.comparison import Compared, difference
 from steadyload.statistics.estimate import NOTHING, Estimate
 from steadyload.statistics.metrics import share
 
-CALM = settings(deadline=None, max_examples=60)
+CALM = settings(max_examples=60)
 
 
 @st.composite

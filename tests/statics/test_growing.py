@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from steadyload.layouts.model.contacts import find_supports
@@ -64,7 +64,6 @@ def assert_as_defined(layout):
         assert found.bears_kg == pytest.approx(expected[2], rel=1e-7)
 
 
-@settings(deadline=None)
 @given(
     rows=st.integers(2, 7),
     width=st.integers(2, 8),

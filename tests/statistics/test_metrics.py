@@ -34,7 +34,6 @@ def test_a_share_of_nothing_is_not_a_number():
     assert math.isnan(mean([]).value)
 
 
-@settings(deadline=None)
 @given(st.lists(st.integers(1, 300), min_size=1, max_size=30), st.data())
 def test_no_hit_has_no_wider_interval_than_any_number_of_hits(sizes, data):
     clusters = np.repeat(np.arange(len(sizes)), sizes)
@@ -51,7 +50,7 @@ def test_no_hit_has_no_wider_interval_than_any_number_of_hits(sizes, data):
     assert every.low == pytest.approx(1.0 - none.high)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.integers(10, 60), st.integers(1, 200))
 def test_one_hit_more_widens_an_interval_where_hits_are_spread_over_clusters(lists, size):
     clusters = np.tile(np.arange(lists), size)

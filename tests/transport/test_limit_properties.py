@@ -4,7 +4,7 @@ import math
 from dataclasses import replace
 
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from steadyload.layouts.model.layout import Item, Layout, Pallet
@@ -16,8 +16,6 @@ from steadyload.transport.limits import RESOLUTION, limits
 
 _SAME = 1e-5
 """Of two programmes that are one in exact numbers [g]; the solver stops at 1e-8 of a load."""
-
-UNHURRIED = settings(deadline=None)
 
 DIRECTIONS = st.floats(0.0, 359.0)
 FRICTIONS = st.floats(0.05, 1.5)
@@ -31,21 +29,18 @@ def limit(layout, friction, direction):
         assume(False)
 
 
-@UNHURRIED
 @given(single_items(), FRICTIONS, FRICTIONS, DIRECTIONS)
 def test_a_single_box_holds_no_less_on_a_rougher_deck(layout, one, other, direction):
     rough, smooth = max(one, other), min(one, other)
     assert limit(layout, rough, direction) >= limit(layout, smooth, direction) - _SAME
 
 
-@UNHURRIED
 @given(ordinary_layouts(), DIRECTIONS)
 def test_a_mirrored_load_holds_as_much_in_the_mirrored_direction(layout, direction):
     held = limit(layout, 0.5, direction)
     assert limit(mirrored(layout), 0.5, 180.0 - direction) == pytest.approx(held, abs=_SAME)
 
 
-@UNHURRIED
 @given(ordinary_layouts(), DIRECTIONS)
 def test_a_turned_load_holds_as_much_in_the_turned_direction(layout, direction):
     """z becomes x, and x becomes -z."""
@@ -53,7 +48,6 @@ def test_a_turned_load_holds_as_much_in_the_turned_direction(layout, direction):
     assert limit(quarter_turned(layout), 0.5, direction - 90.0) == pytest.approx(held, abs=_SAME)
 
 
-@UNHURRIED
 @given(ordinary_layouts(), st.floats(1e-3, 1e3), DIRECTIONS)
 def test_a_load_of_other_weight_holds_as_much(layout, factor, direction):
     items = tuple(replace(item, weight=factor * item.weight) for item in layout.items)
@@ -61,7 +55,6 @@ def test_a_load_of_other_weight_holds_as_much(layout, factor, direction):
     assert limit(replace(layout, items=items), 0.5, direction) == pytest.approx(held, abs=_SAME)
 
 
-@UNHURRIED
 @given(
     st.lists(st.tuples(st.floats(2.0, 30.0), st.floats(0.5, 50.0)), min_size=1, max_size=8),
     st.floats(5.0, 30.0),

@@ -1,6 +1,0 @@
-"""The module beside the tests: tables that runs are compared by."""
-
-import sys
-from pathlib import Path
-
-sys.path.insert(0, str(Path(__file__).parent))
