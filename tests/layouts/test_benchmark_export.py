@@ -262,19 +262,15 @@ def test_info_prints_json_and_a_table(folder, capsys):
 ])  # fmt: skip
 def test_export_takes_a_slice_and_a_format(folder, tmp_path, capsys, name, to, kind):
     out = tmp_path / name
-    arguments = ["benchmark", "export", folder, "--part", "test", "--scenario", "S1", *to]
-    assert main([*map(str, arguments), "--limit", "1", "-o", str(out)]) == 0
+    whole = ["benchmark", "export", str(folder), "--part", "test", "-o", str(out)]
+    assert main(whole) == 0
+    assert len(labels(out)) == 3
+    assert main([*whole, "--scenario", "S1", *to, "--limit", "1"]) == 0
     assert "1 cases" in capsys.readouterr().out
     assert [lay.name for lay in read_layouts(out)] == ["B_S1"]
     begins = {"csv": "layout,", "native": '{\n "format"', "job": '{\n "ulds"'}[kind]
     assert out.read_text().startswith(begins)
     assert [row["failing_step"] for row in labels(out)] == ["1"]
-
-
-def test_export_takes_a_part(folder, tmp_path):
-    out = str(tmp_path / "c.json")
-    assert main(["benchmark", "export", str(folder), "--part", "train", "-o", out]) == 0
-    assert [lay.name for lay in read_layouts(out)] == ["B_S2a"]
 
 
 def test_import_says_what_came_of_it(tmp_path, capsys):

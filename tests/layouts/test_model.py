@@ -55,26 +55,25 @@ def test_an_impossible_pallet_is_refused(side):
         Pallet(10.0, side, 10.0)
 
 
-def test_a_layout_without_items_is_refused():
-    with pytest.raises(LayoutError, match='layout "a": has no items'):
-        Layout("a", PALLET, ())
-
-
 @pytest.mark.parametrize("name", ["", "a\tb", "\x1b[31m", "\ud800"])
 def test_a_layout_needs_a_printable_name(name):
     with pytest.raises(LayoutError, match="allowed: one or more printable characters"):
         Layout(name, PALLET, (item(0),))
 
 
-def test_a_duplicate_in_the_sequence_is_refused():
-    items = (item(0), item(1, (20.0, 0.0, 0.0)), item(1, (40.0, 0.0, 0.0)))
-    with pytest.raises(LayoutError, match="sequence 1 stands there twice"):
-        Layout("a", PALLET, items)
-
-
-def test_a_gap_in_the_sequence_is_refused():
-    with pytest.raises(LayoutError, match="sequence 1 is missing before 2"):
-        Layout("a", PALLET, (item(0), item(2, (20.0, 0.0, 0.0))))
+@pytest.mark.parametrize(
+    ("sequences", "message"),
+    [
+        ((), 'layout "a": has no items'),
+        ((0, 1, 1), "sequence 1 stands there twice"),
+        ((0, 2), "sequence 1 is missing before 2"),
+    ],
+    ids=["no items", "twice", "a gap"],
+)
+def test_a_sequence_that_cannot_be_is_refused(sequences, message):
+    items = (item(number, (20.0 * k, 0.0, 0.0)) for k, number in enumerate(sequences))
+    with pytest.raises(LayoutError, match=message):
+        Layout("a", PALLET, tuple(items))
 
 
 def test_overlap_is_refused_only_beyond_the_tolerance():

@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from hand_layouts import failing_step, layout
 from scipy.optimize import linprog
 
 from steadyload.layouts import Item, Layout, Pallet
@@ -20,22 +21,6 @@ from steadyload.statics.margins import margins
 
 PALLET = Pallet(200.0, 200.0, 200.0)
 SIDES = ("none", "frictionless", "friction")
-
-
-def layout(*boxes):
-    """Boxes as (x, y, z, width, height, depth[, weight[, offset x]])."""
-    items = []
-    for step, box in enumerate(boxes):
-        weight = box[6] if len(box) > 6 else 1.0
-        offset = box[7] if len(box) > 7 else 0.0
-        items.append(Item(step, box[:3], box[3:6], weight, (offset, 0.0, 0.0)))
-    return Layout("hand", PALLET, tuple(items))
-
-
-def failing_step(spec, lay):
-    verdict = make_method(spec).judge(lay)
-    assert verdict.status == "done", verdict.reason
-    return verdict.failing_step
 
 
 # --- closed forms ---------------------------------------------------------------------------------
@@ -440,24 +425,24 @@ def test_a_margin_is_what_every_patch_can_lose(margin):
     method, ways = make_method(f"equilibrium:margin={margin}"), set()
     layouts = random_layouts(60, seed=11, scenario=Scenario.S1)
     verdicts = method.judge_many(layouts)
-    for layout, verdict in zip(layouts, verdicts, strict=True):
-        lost = [m.step for m in margins(layout, centres=False) if m.patches < margin]
-        assert verdict.failing_step == (lost[0] if lost else None), layout.name
-        assert method.judge(layout).failing_step == verdict.failing_step
-        ways.add((verdict.stable, make_method("equilibrium").judge(layout).stable))
+    for lay, verdict in zip(layouts, verdicts, strict=True):
+        lost = [m.step for m in margins(lay, centres=False) if m.patches < margin]
+        assert verdict.failing_step == (lost[0] if lost else None), lay.name
+        assert method.judge(lay).failing_step == verdict.failing_step
+        ways.add((verdict.stable, make_method("equilibrium").judge(lay).stable))
     assert {(False, True), (True, True)} <= ways
 
 
 def test_a_margin_of_a_session_and_of_single_steps_is_that_of_the_verdict():
     method = make_method("equilibrium:margin=0.2")
-    for layout in random_layouts(20, seed=3, scenario=Scenario.S1):
-        step = method.judge(layout).failing_step
-        scorer = method.steps(layout, Stopwatch())
-        end = len(layout) if step is None else step
+    for lay in random_layouts(20, seed=3, scenario=Scenario.S1):
+        step = method.judge(lay).failing_step
+        scorer = method.steps(lay, Stopwatch())
+        end = len(lay) if step is None else step
         assert all(scorer.step_score(k) == 0.0 for k in range(end))
         assert step is None or scorer.step_score(step) == 1.0
-        with LoadingSession(layout.pallet, method) as session:
-            said = [session.try_place(item).stable for item in layout.items[: end + 1]]
+        with LoadingSession(lay.pallet, method) as session:
+            said = [session.try_place(item).stable for item in lay.items[: end + 1]]
         assert said == [True] * end + [False] * (step is not None)
 
 

@@ -5,7 +5,6 @@ import pytest
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.methods import make_method
-from steadyload.methods.contract.spec import SpecError
 from steadyload.methods.contract.stopwatch import Stopwatch
 from steadyload.methods.session.recording import record_loading
 
@@ -98,11 +97,6 @@ def test_single_steps_are_scored_whatever_was_left_out():
     scorer = method.steps(layout, Stopwatch())
     assert scorer.step_score(2) > 1.0
     assert method.judge(layout).failing_step == 2
-
-
-def test_the_scope_needs_items_that_are_put_back():
-    with pytest.raises(SpecError, match="scope=moving needs between_steps=reseat"):
-        make_method("simulation@mujoco:scope=moving,between_steps=carry")
 
 
 def test_a_step_that_is_not_simulated_has_a_score_of_its_own():

@@ -179,7 +179,7 @@ def test_local_scope_reaches_as_far_as_what_may_move_and_not_as_what_comes_later
     assert (few, many) == (2, 3)
 
 
-@pytest.mark.parametrize("scope", ["local", "widening"])
+@pytest.mark.parametrize("scope", ["local", "widening", "moving"])
 def test_a_scope_needs_reseating(scope):
     with pytest.raises(ValueError, match=f"scope={scope} needs between_steps=reseat"):
         make_method(f"simulation@mujoco:rest_speed=0.01,scope={scope}")

@@ -1,28 +1,11 @@
 """FBS, PBS and SME on examples worked by hand, and on all real schedules."""
 
 import pytest
+from hand_layouts import failing_step, layout
 
-from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.formats import read_layouts
 from steadyload.layouts.model.scenarios import Scenario, apply_scenario
 from steadyload.methods import make_method
-
-PALLET = Pallet(100.0, 100.0, 100.0)
-
-
-def layout(*boxes):
-    """Boxes as (x, y, z, width, height, depth[, weight[, offset x]])."""
-    items = []
-    for step, box in enumerate(boxes):
-        weight = box[6] if len(box) > 6 else 1.0
-        offset = box[7] if len(box) > 7 else 0.0
-        items.append(Item(step, box[:3], box[3:6], weight, (offset, 0.0, 0.0)))
-    return Layout("hand", PALLET, tuple(items))
-
-
-def failing_step(spec, lay):
-    return make_method(spec).judge(lay).failing_step
-
 
 FLOOR = (0.0, 0.0, 0.0, 10.0, 10.0, 10.0)
 
