@@ -65,7 +65,7 @@ def test_a_bar_in_a_name_ends_no_cell(name):
         assert before % 2 == 1
 
 
-def test_markup_in_names_does_not_reach_a_report(tmp_path):
+def test_markup_in_names_does_not_reach_a_report(tmp_path, in_this_process):
     path = HANDED / "inj2.json"
     if not path.exists():
         pytest.skip("the inputs are not beside the project (../shared/repro)")

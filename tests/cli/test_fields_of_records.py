@@ -113,7 +113,7 @@ def test_a_length_or_an_angle_has_its_unit_in_its_name(records, folder, capsys):
     } | {key for key in keys if key.startswith("gap_") and key != "gap_cm"}  # of boxes
 
 
-def test_check_hands_out_the_same_fields_as_csv(folder, records, capsys):
+def test_check_hands_out_the_same_fields_as_csv(folder, records, capsys, in_this_process):
     main(["check", str(folder / "falls.json"), "-m", METHOD, "--csv"])
     [row] = csv.DictReader(io.StringIO(capsys.readouterr().out))
     assert list(row) == list(records["check"][2])
