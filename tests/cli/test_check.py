@@ -26,6 +26,10 @@ from steadyload.runs.scoring import read_entries
 from steadyload.transport.rules import Rule
 
 PALLET = Pallet(120, 150, 80)
+HEAD = (
+    "layout,pallet_length,pallet_width,pallet_height,sequence,id,x,y,z,length,width,height,weight"
+)
+"""Of a file with z up."""
 
 
 def stack(name, shift, offset=(0.0, 0.0, 0.0), id_="SKU-2002"):
@@ -51,21 +55,34 @@ def _gentle():
     return Rule("tilt", "", "", {"forwards": 0.01}, 0.1, 0.5, 0.1, 10.0, displacement=5.0)
 
 
-HERE = pytest.mark.usefixtures("in_this_process")
-
-
 @pytest.fixture
 def run(capsys, tmp_path, in_this_process):
-    """Run the command on layouts; returns status, output and errors."""
+    """Run the command on layouts, or on files; returns status, output and errors."""
 
-    def of(layouts, *words):
-        file = tmp_path / "pallets.json"
-        write_layouts(file, layouts, Format.NATIVE)
-        status = main(["check", str(file), "-j", "1", *words])
+    def of(given, *words):
+        files = given
+        if isinstance(given[0], Layout):
+            files = [tmp_path / "pallets.json"]
+            write_layouts(files[0], given, Format.NATIVE)
+        status = main(["check", *map(str, files), *words])
         said = capsys.readouterr()
         return status, said.out, said.err
 
     return of
+
+
+def with_bad(path, layouts, bad):
+    """A file of layouts, of which one has a weight below zero."""
+    write_layouts(path, layouts, Format.NATIVE)
+    content = json.loads(path.read_text())
+    content["layouts"][bad]["items"][0]["weight"] = -1
+    path.write_text(json.dumps(content))
+    return path
+
+
+def written(path, *rows, head=HEAD):
+    path.write_text("\n".join([head, *rows]) + "\n")
+    return path
 
 
 def test_a_row_a_pallet_and_counts_that_fit_eighty_columns(run):
@@ -165,15 +182,10 @@ def test_the_exit_status_tells_the_worst_answer(run, layouts, words, status):
     assert run(layouts, *words, "-m", "ps_opt@mujoco:question=stands")[0] == status
 
 
-@HERE
-def test_what_is_not_valid_is_told_and_the_others_are_judged(capsys, tmp_path):
-    file = tmp_path / "two.json"
-    write_layouts(file, [STANDING, FALLING], Format.NATIVE)
-    content = json.loads(file.read_text())
-    content["layouts"][1]["items"][0]["weight"] = -1
-    file.write_text(json.dumps(content))
-    assert main(["check", str(file), "-j", "1"]) == 2
-    out = capsys.readouterr().out
+def test_what_is_not_valid_is_told_and_the_others_are_judged(run, tmp_path):
+    file = with_bad(tmp_path / "two.json", [STANDING, FALLING], bad=1)
+    status, out, _ = run([file])
+    assert status == 2
     assert "bad input" in out
     assert out.splitlines()[-1].startswith("2 pallets: 1 stand, 0 fail, 1 bad input")
     found = check_all(read_entries([file]), workers=0)
@@ -204,15 +216,14 @@ def test_wrong_words_end_with_status_two(run, words, message):
     assert message in err
 
 
-@HERE
-def test_files_beyond_the_limit_are_not_read(capsys, tmp_path):
+def test_files_beyond_the_limit_are_not_read(run, tmp_path):
     good, bad = tmp_path / "good.json", tmp_path / "bad.json"
     write_layouts(good, [STANDING], Format.NATIVE)
     bad.write_text("")
-    words = ["check", str(good), str(bad), "-j", "1"]
-    assert main([*words, "--limit", "1"]) == 0
-    assert main(words) == 2
-    assert "is empty" in capsys.readouterr().err
+    assert run([good, bad], "--limit", "1")[0] == 0
+    status, _, err = run([good, bad])
+    assert status == 2
+    assert "is empty" in err
 
 
 def test_a_method_of_the_other_question_says_so(run):
@@ -294,26 +305,20 @@ def test_a_box_in_the_air_is_called_out_and_fails_beyond_a_limit(run, rise, word
     assert told["reason"] == (told["gap_note"] if answer == "hovers" else "")
 
 
-@HERE
-def test_a_gap_equal_to_the_limit_does_not_hover_at_any_height(capsys, tmp_path):
+def test_a_gap_equal_to_the_limit_does_not_hover_at_any_height(run, tmp_path):
     """Of files in mm and in cm; records have the gap without what rounding adds."""
-    header = (
-        "layout,pallet_length,pallet_width,pallet_height,sequence,id,x,y,z,length,width,height,"
-        "weight"
-    )
     for unit, per_cm in (("mm", 10), ("cm", 1)):
-        rows = [header]
+        rows = []
         for mm in range(101, 601, 5):
             top, rise = f"{mm * per_cm / 10:.10g}", f"{(mm + 3) * per_cm / 10:.10g}"
             sides = f"P{mm},{120 * per_cm},{80 * per_cm},{180 * per_cm}"
             base = f"{40 * per_cm},{40 * per_cm}"
             rows.append(f"{sides},0,A,0,0,0,{base},{top},12")
             rows.append(f"{sides},1,B,0,0,{rise},{base},{20 * per_cm},8")
-        file = tmp_path / f"{unit}.csv"
-        file.write_text("\n".join(rows) + "\n")
-        words = ["check", str(file), "-j", "1", "--units", unit, "--up", "z", "--json"]
-        assert main([*words, "--fail-on", "gaps=0.3", "-m", "sme"]) == 0
-        told = json.loads(capsys.readouterr().out)
+        words = ["--units", unit, "--up", "z", "--json", "--fail-on", "gaps=0.3", "-m", "sme"]
+        status, out, _ = run([written(tmp_path / f"{unit}.csv", *rows)], *words)
+        assert status == 0
+        told = json.loads(out)
         assert [one["gap_cm"] for one in told] == [0.3] * 100
         assert not any(one["hovering"] for one in told)
 
@@ -352,54 +357,44 @@ def test_the_page_states_the_limit_on_gaps_and_the_axes_of_the_file(run, tmp_pat
     page = (tmp_path / "ours" / "index.html").read_text()
     assert "it and drops farther than 2 cm." in page
     assert "the side of high x and z." in page
-    file = tmp_path / "mm.csv"
-    file.write_text(
-        "layout,pallet_length,pallet_width,pallet_height,sequence,id,x,y,z,length,width,height,"
-        "weight\n"
-        "bad,1200,800,1600,0,A,0,0,0,400,400,300,-1\n"
-        "P,1200,800,1600,0,A,0,0,0,400,400,300,12\n"
+    file = written(
+        tmp_path / "mm.csv",
+        "bad,1200,800,1600,0,A,0,0,0,400,400,300,-1",
+        "P,1200,800,1600,0,A,0,0,0,400,400,300,12",
     )
-    words = ["check", str(file), "-j", "1", "--units", "mm", "--up", "z", "-m", "sme"]
-    words += ["--fail-on", "gaps=0.5", "--html", str(tmp_path / "theirs")]
-    assert main(words) == 2
+    words = ["--units", "mm", "--up", "z", "-m", "sme", "--fail-on", "gaps=0.5"]
+    assert run([file], *words, "--html", str(tmp_path / "theirs"))[0] == 2
     page = (tmp_path / "theirs" / "index.html").read_text()
     assert "Too far: a corner by 100 mm along an axis" in page
     assert "it and drops farther than 5 mm." in page
     assert "the side of high y and x." in page
 
 
-@HERE
-def test_weights_are_in_the_unit_of_the_file(capsys, tmp_path):
-    head = (
-        "layout,pallet_length,pallet_width,pallet_height,sequence,id,x,y,z,length,width,height,"
-        "weight,max_load"
+def test_weights_are_in_the_unit_of_the_file(run, tmp_path):
+    file = written(
+        tmp_path / "g.csv",
+        "P,1200,800,1600,0,A,0,0,0,400,400,300,12000,5000",
+        "P,1200,800,1600,1,B,0,0,300,400,400,300,9000,",
+        head=f"{HEAD},max_load",
     )
-    file = tmp_path / "g.csv"
-    file.write_text(
-        f"{head}\n"
-        "P,1200,800,1600,0,A,0,0,0,400,400,300,12000,5000\n"
-        "P,1200,800,1600,1,B,0,0,300,400,400,300,9000,\n"
-    )
-    words = ["check", str(file), "-j", "1", "--units", "mm", "--up", "z", "--weight", "g"]
-    assert main([*words, "-m", "sme", "--html", str(tmp_path)]) == 1
+    words = ["--units", "mm", "--up", "z", "--weight", "g", "-m", "sme"]
+    status, out, _ = run([file], *words, "--html", str(tmp_path))
     said = "crushed at step 1: box A (step 0) bears 9000 g of 5000"
-    assert said in capsys.readouterr().out
+    assert status == 1
+    assert said in out
     assert said in (tmp_path / "index.html").read_text()
-    assert main([*words, "-m", "sme", "--json"]) == 1
-    [told] = json.loads(capsys.readouterr().out)
+    [told] = json.loads(run([file], *words, "--json")[1])
     assert (told["reason"], told["bears_kg"]) == (said, pytest.approx(9.0))
 
 
-@HERE
-def test_rows_of_several_files_name_their_files(capsys, tmp_path):
+def test_rows_of_several_files_name_their_files(run, capsys, tmp_path):
     for folder in ("a", "b"):
         (tmp_path / folder).mkdir()
         write_layouts(tmp_path / folder / "one.json", [FALLING], Format.NATIVE)
     write_layouts(tmp_path / "two.json", [FALLING], Format.NATIVE)
     one, same, two = (str(tmp_path / name) for name in ("a/one.json", "b/one.json", "two.json"))
-    words = ("-j", "1", "-m", "sme")
-    assert main(["check", one, two, *words]) == 1
-    lines = capsys.readouterr().out.splitlines()
+    words = ("-m", "sme")
+    lines = run([one, two], *words)[1].splitlines()
     assert [line.split()[:2] for line in lines[:3]] == [
         ["file", "pallet"], ["one.json", "falls"], ["two.json", "falls"],
     ]  # fmt: skip
@@ -407,17 +402,15 @@ def test_rows_of_several_files_name_their_files(capsys, tmp_path):
     assert [line.partition(" the ")[0] for line in lines[3:5]] == [
         "one.json: falls:", "two.json: falls:",
     ]  # fmt: skip
-    main(["check", one, same, *words, "--html", str(tmp_path)])
-    lines = capsys.readouterr().out.splitlines()
+    lines = run([one, same], *words, "--html", str(tmp_path))[1].splitlines()
     names = [line.split()[0] for line in lines[1:3]]
     assert [name[-11:] for name in names] == [one[-11:], same[-11:]]
     page = (tmp_path / "index.html").read_text()
     assert one in page
     assert same in page
-    main(["check", one, two, *words, "--json"])
-    assert [told["file"] for told in json.loads(capsys.readouterr().out)] == [one, two]
-    main(["check", one, *words])
-    assert capsys.readouterr().out.split()[0] == "pallet"
+    told = json.loads(run([one, two], *words, "--json")[1])
+    assert [each["file"] for each in told] == [one, two]
+    assert run([one], *words)[1].split()[0] == "pallet"
     for command in (["score", "-m", "sme"], ["transport", "--directions", "1"]):
         main([*command, one, two])
         lines = capsys.readouterr().out.splitlines()
@@ -464,31 +457,27 @@ def test_reasons_are_of_the_load_and_those_of_the_method_stand_beside(run):
     assert (told["edge_of_step"], told["base_supported"]) == (0, pytest.approx(8 / 30))
 
 
-@HERE
-def test_sentences_speak_the_axes_and_the_unit_of_the_file(capsys, tmp_path):
-    file = tmp_path / "mm.csv"
-    file.write_text(
-        "layout,pallet_length,pallet_width,pallet_height,sequence,id,x,y,z,length,width,height,"
-        "weight\n"
-        "P,1200,800,1600,0,A,0,0,0,400,400,300,12\n"
-        "P,1200,800,1600,1,B,250,0,300,400,400,300,9\n"
-        "Q,1200,800,1600,0,A,0,0,0,400,400,300,12\n"
-        "Q,1200,800,1600,1,B,0,0,340,400,400,300,9\n"
+@pytest.mark.parametrize(
+    ("height", "said"),
+    [
+        ("340", ["hovers at step 1: B, 40 mm above A", "it drops 40 mm onto box A"]),
+        ("320.2", ["hovers at step 1: B, 20.2 mm above A", "it drops 20.2 mm onto box A"]),
+        ("300.5", ["stands; 0.5 mm of air under B"]),
+    ],
+)
+def test_sentences_speak_the_axes_and_the_unit_of_the_file(run, tmp_path, height, said):
+    file = written(
+        tmp_path / "mm.csv",
+        "P,1200,800,1600,0,A,0,0,0,400,400,300,12",
+        "P,1200,800,1600,1,B,250,0,300,400,400,300,9",
+        "Q,1200,800,1600,0,A,0,0,0,400,400,300,12",
+        f"Q,1200,800,1600,1,B,0,0,{height},400,400,300,9",
     )
-    words = ["check", str(file), "-j", "1", "--units", "mm", "--up", "z"]
-    assert main([*words]) == 1
-    out = capsys.readouterr().out
+    status, out, _ = run([file], "--units", "mm", "--up", "z")
+    assert status == 1
     assert "fails at step 1: B leans to +x" in out
     assert "lies 50 mm past the edge of box A (step 0) (+x); 38 % of its base is supported" in out
-    assert "hovers at step 1: B, 40 mm above A" in out
-    file.write_text(file.read_text().replace(",340,", ",320.2,"))
-    assert main([*words]) == 1
-    out = capsys.readouterr().out
-    assert "hovers at step 1: B, 20.2 mm above A" in out
-    assert "it drops 20.2 mm onto box A" in out
-    file.write_text(file.read_text().replace(",320.2,", ",300.5,"))
-    assert main([*words]) == 1
-    assert "stands; 0.5 mm of air under B" in capsys.readouterr().out
+    assert all(sentence in out for sentence in said)
 
 
 def test_a_layout_beyond_what_an_engine_holds_is_warned_of_and_not_sure(run):
@@ -572,9 +561,8 @@ def test_a_page_of_all_pallets_is_written_beside_the_rows(run, tmp_path):
     ] * 3
 
 
-@HERE
 def test_the_demo_checks_pallets_of_which_half_are_labelled_as_standing(
-    capsys, monkeypatch, tmp_path
+    capsys, monkeypatch, tmp_path, in_this_process
 ):
     monkeypatch.chdir(tmp_path)
     pallets = demo_pallets(4)
@@ -644,14 +632,11 @@ def test_a_simulation_answers_for_the_road_itself(run):
     assert {v for k, v in asked.items() if k.startswith("transport_")} == {None, ""}
 
 
-def test_bad_input_has_no_place_on_the_road(run, capsys, tmp_path):
-    file = tmp_path / "two.json"
-    write_layouts(file, [FLAT, TALL], Format.NATIVE)
-    content = json.loads(file.read_text())
-    content["layouts"][0]["items"][0]["weight"] = -1
-    file.write_text(json.dumps(content))
-    assert main(["check", str(file), "-j", "1", "--transport", "tilt"]) == 2
-    assert capsys.readouterr().out.splitlines()[1].split()[-3:] == ["-", "bad", "input"]
+def test_bad_input_has_no_place_on_the_road(run, tmp_path):
+    file = with_bad(tmp_path / "two.json", [FLAT, TALL], bad=0)
+    status, out, _ = run([file], "--transport", "tilt")
+    assert status == 2
+    assert out.splitlines()[1].split()[-3:] == ["-", "bad", "input"]
     status, out, err = run([FLAT], "--transport", "tilted")
     assert (status, out) == (2, "")
     assert "did you mean 'tilt'?" in err
