@@ -1,6 +1,6 @@
 """The study of learners: real trainings, small ones, and numbers counted again by hand."""
 
-import json
+import dataclasses
 import signal
 import subprocess
 import sys
@@ -181,6 +181,7 @@ def test_accuracies_are_those_counted_by_hand(learned, workshop, cases):
         which = (cases[0]["scenario"] == scenario).to_numpy()
         assert row.accuracy[scenario].value == pytest.approx(found[:, which].mean())
         assert row.accuracy[scenario].n == LIMIT
+    assert row.lost == row.accuracy["S1"].value - row.accuracy["S2b"].value
     other = rights(f"lstm_1:weights={workshop.runs('fewer')[0].weights},outside=accept", cases)
     ahead = learned.remedies[1].difference["all"]
     assert ahead.value == pytest.approx((other - found.mean(axis=0)).mean())
@@ -269,25 +270,21 @@ def test_calibration_is_that_of_the_judge_itself(learned, cases):
     assert of_scores.brier.value == pytest.approx(np.mean(squares), abs=1e-5)
 
 
-def test_again_nothing_is_made_and_the_page_is_the_same(learned, plan, folder, foreign):
+def test_again_nothing_is_made_and_weights_that_are_no_method_are_not_needed(
+    learned, plan, folder, foreign, tmp_path
+):
+    work, aside = folder / "work", tmp_path / "aside"
+
     def stamps():
-        return {p: p.stat().st_mtime_ns for p in (folder / "work").rglob("*") if p.is_file()
+        return {p: p.stat().st_mtime_ns for p in work.rglob("*") if p.is_file()
                 and p.name != ".lock"}  # fmt: skip
 
-    before = stamps()
-    again = compare(Lab(folder / "work", workers=0), plan, limit=LIMIT, foreign=[foreign])
-    assert stamps() == before
-    assert again == learned
-
-
-def test_what_weights_say_is_kept_without_them(learned, plan, folder, foreign, tmp_path):
-    work, aside = folder / "work", tmp_path / "aside"
     assert [path.name[:8] for path in (work / "trainings").iterdir()] == ["small-0-"]
     (work / "checkpoints").rename(aside)
     try:
-        again = compare(Lab(work, workers=0), plan, limit=LIMIT, foreign=[foreign])
-        assert again == learned
-        assert not (work / "checkpoints").exists()
+        before = stamps()
+        assert compare(Lab(work, workers=0), plan, limit=LIMIT, foreign=[foreign]) == learned
+        assert stamps() == before
     finally:
         aside.rename(work / "checkpoints")
 
@@ -390,29 +387,33 @@ def test_a_plan_that_cannot_be(tmp_path, change, message):
     assert message in str(raised.value)
 
 
-def test_sections_that_cannot_be(plan, tmp_path):
-    less = load_plan()
-    assert less.sections() == list(Section)
-    with pytest.raises(LearnerError, match="needs files of layouts: --foreign FILE"):
-        compare(Lab(tmp_path), plan, only=[Section.FOREIGN])
-    file = tmp_path / "plan.toml"
-    file.write_text(PLAN[: PLAN.index("[sources]")])
-    with pytest.raises(LearnerError, match="section 'leak' is not planned"):
-        compare(Lab(tmp_path), load_plan(file), only=[Section.LEAK])
-    assert main(["learned", "--only", "tabel"]) == 2
+@pytest.mark.parametrize(
+    ("asked", "message"),
+    [
+        ({"only": [Section.FOREIGN]}, "needs files of layouts: --foreign FILE"),
+        ({"only": [Section.LEAK]}, "section 'leak' is not planned"),
+        ({"foreign": [Path("none.json")]}, "none.json: no such file of layouts"),
+    ],
+)
+def test_what_cannot_be_is_refused_before_anything_is_trained(plan, tmp_path, asked, message):
+    work = tmp_path / "work"
+    with pytest.raises(LearnerError, match=message):
+        compare(Lab(work), dataclasses.replace(plan, leak=()), **asked)
+    assert not work.exists()
 
 
-def test_a_file_that_is_not_there_is_told_before_anything_is_trained(plan, tmp_path):
-    with pytest.raises(LearnerError, match=r"none\.json: no such file of layouts"):
-        compare(Lab(tmp_path / "work"), plan, foreign=[tmp_path / "none.json"])
-    assert not (tmp_path / "work").exists()
+@pytest.mark.parametrize("flags", [["--only", "tabel"], ["--judge-on", "train"]])
+def test_words_that_are_none_are_refused(flags, capsys):
+    assert main(["learned", *flags]) == 2
+    assert flags[1] in capsys.readouterr().err
 
 
-def test_the_shipped_plan_can_be_made_again_by_seed(tmp_path):
+def test_the_shipped_plan_can_be_made_again_by_seed():
     plan = load_plan()
     needed = plan.needed(plan.sections())
+    assert plan.sections() == list(Section)
     assert {t.name for t in needed} == set(plan.trainings)
-    assert json.dumps([t.budget for t in needed]) == json.dumps([86400.0] * len(needed))
+    assert {t.budget for t in needed} == {86400.0}
     assert plan.part == "test"
     remedies = [plan.trainings[n] for n in (plan.remedies.baseline, *plan.remedies.trainings)]
     assert all(len(t.seeds) >= 3 for t in remedies if t.preset != "paper")
