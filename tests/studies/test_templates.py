@@ -11,6 +11,7 @@ from steadyload.reports.columns import column, row
 from steadyload.reports.pages.composing import page_environment
 from steadyload.studies.rankings import Rankings
 from steadyload.studies.registry import STUDIES, study
+from steadyload.studies.uncertain.comparing import Found
 
 ROOT = Path(__file__).parents[2]
 
@@ -22,7 +23,7 @@ def test_a_template_names_what_there_is(template):
     assert faults_of(study(name), page_environment) == []
 
 
-INCLUDED = {"conclusions.md.j2": Rankings, "ranks.md.j2": Rankings}
+INCLUDED = {"conclusions.md.j2": Rankings, "ranks.md.j2": Rankings, "reliability.md.j2": Found}
 """Parts of pages of several studies -> what they call ``found``."""
 
 MACROS = {"how_to_read.md.j2", "methods.md.j2"}
