@@ -94,6 +94,19 @@ def extent_of(
     return np.array([[*whole, *of_items.min(axis=0)], [*whole, *of_items.max(axis=0)]])
 
 
+def extents_of(layouts: Iterable[Arrangement]) -> FloatArray:
+    """:func:`extent_of` each layout, (M, 2, quantities)."""
+    return np.array(
+        [
+            extent_of(
+                each.lower, each.upper, each.weights, each.mass_offsets, each.floor.corners,
+                max(each.pallet.size),
+            )
+            for each in layouts
+        ]
+    )  # fmt: skip
+
+
 def trained_ranges(extents: Iterable[FloatArray], kind: FeatureKind) -> dict[str, list[float]]:
     """Ranges that many layouts span, name -> [least, greatest], from their :func:`extent_of`.
 
@@ -167,7 +180,7 @@ class TrainedRanges:
         """Which quantities of M layouts lie outside, (M, quantities).
 
         Args:
-            extents: :func:`extent_of` each layout, (M, 2, quantities).
+            extents: their :func:`extents_of`.
         """
         found: NDArray[np.bool_] = extents[:, 0] < self._least
         return found | (extents[:, 1] > self._most)

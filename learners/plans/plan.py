@@ -8,6 +8,7 @@ from enum import StrEnum
 from typing import Any
 
 from steadyload.config import option
+from steadyload.errors import nearest
 from steadyload.layouts.benchmark import UNLEARNT, Part
 from steadyload.learners import LearnerError
 from steadyload.learners.generation import GenerationOptions
@@ -148,8 +149,16 @@ class Plan:
         """The planned sections."""
         return [section for section in Section if getattr(self, section)]
 
-    def only(self, sections: Collection[Section]) -> Plan:
-        """The same plan without the other sections."""
+    def only(self, sections: Collection[str]) -> Plan:
+        """The same plan without the other sections.
+
+        Raises:
+            LearnerError: a section is not planned.
+        """
+        for name in sections:
+            if name not in self.sections():
+                known = nearest(name, self.sections())
+                raise LearnerError(f"section {str(name)!r} is not planned; {known}")
         left: dict[str, Any] = {
             f.name: f.default for f in fields(self) if f.name in set(Section) - set(sections)
         }

@@ -49,6 +49,11 @@ class Run(SinglePart):
     judges: bool
 
     @property
+    def title(self) -> str:
+        """Title of the training, and the seed."""
+        return f"{self.training.title}, seed {self.seed}"
+
+    @property
     def weights(self) -> Path:
         """The folder of its weights."""
         return self.folder / "weights"

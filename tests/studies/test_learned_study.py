@@ -243,7 +243,7 @@ def test_sizes_and_the_leak_are_what_was_asked(learned, workshop):
 def test_foreign_layouts_are_refused_for_what_is_outside(learned):
     [row] = learned.foreign.rows
     assert row.refused.value == pytest.approx(1 / 3)
-    assert ("longest side", 1) in [(one.quantity, one.layouts) for one in row.reasons]
+    assert ("longest side", 1) in [(one.quantity, one.layouts) for one in learned.foreign.reasons]
     assert learned.foreign.layouts == 3
     # Only the first three items of the long row are judged: all stand on the floor.
     said = learned.foreign.others[0].fully_stable

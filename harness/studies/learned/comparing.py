@@ -13,7 +13,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from steadyload.errors import nearest
 from steadyload.layouts.benchmark import Part, load_benchmark
 from steadyload.layouts.benchmark.dataset import KEYS
 from steadyload.learners import LearnerError
@@ -187,10 +186,9 @@ def compare(
 
     calibrations = []
     for name in plan.calibration.judges if plan.calibration else ():
-        title, where = name, name
-        if own := runs.get(name):
-            title, where = f"{own[0].training.title}, seed {own[0].seed}", str(own[0].weights)
-        calibrations.append(_calibration(judged, title, load_weights(where)))
+        own = runs[name][0] if name in runs else None
+        weights = load_weights(own.weights if own else name)
+        calibrations.append(_calibration(judged, own.title if own else name, weights))
     named = dict.fromkeys(plan.method_names(sections))
     shipped = {name: load_weights(name) for name in named if name in shipped_weights()}
     return Found(
@@ -206,8 +204,8 @@ def compare(
         sources=contrast(plan.sources) if plan.sources else (),
         agreement=_agreement(plan, workshop),
         remedies=contrast(plan.remedies) if plan.remedies else (),
-        calibrated=[one for both, _ in calibrations for one in both],
-        abstaining=[one for _, one in calibrations],
+        calibrated=[each for *both, _ in calibrations for each in both],
+        abstaining=[each for *_, each in calibrations],
         leaks=[contrast(planned) for planned in plan.leak],
         foreign=judge_foreign(lab, plan.foreign, foreign, limit) if plan.foreign else None,
         trainings=[
@@ -222,21 +220,14 @@ def compare(
 
 
 def _chosen(plan: Plan, only: Collection[str], foreign: Sequence[Path]) -> Plan:
-    """The plan with the sections that are asked for, all where none is named."""
-    for name in only:
-        if name not in plan.sections():
-            raise LearnerError(
-                f"section {str(name)!r} is not planned; {nearest(name, plan.sections())}"
-            )
-    chosen = {Section(name) for name in only or plan.sections()}
-    if Section.FOREIGN in chosen and not foreign:
-        if only:
-            raise LearnerError("section 'foreign' needs files of layouts: --foreign FILE")
-        chosen.remove(Section.FOREIGN)
+    """The plan with the sections that are asked for, all that can be made where none is named."""
+    able = [name for name in plan.sections() if foreign or name != Section.FOREIGN]
+    if Section.FOREIGN in only and not foreign:
+        raise LearnerError("section 'foreign' needs files of layouts: --foreign FILE")
     for file in foreign:  # so that an error is raised before hours of training
         if not file.is_file():
             raise LearnerError(f"{file}: no such file of layouts")
-    return plan.only(chosen)
+    return plan.only(only or able)
 
 
 def _agreement(plan: Plan, workshop: Workshop) -> list[Agreeing]:
@@ -249,11 +240,10 @@ def _agreement(plan: Plan, workshop: Workshop) -> list[Agreeing]:
     sets = {name: load_benchmark(workshop.set_folder(name)).cases.set_index(KEYS) for name in names}
     basis, found = sets.pop(first), []
     for name, other in sets.items():
-        both = basis.index.intersection(other.index)
-        mine, theirs = (each.loc[both, "failing_step"].fillna(-1) for each in (basis, other))
-        same = (mine == theirs).to_numpy(bool)
+        both = basis.join(other["failing_step"].rename("other"), how="inner")
+        same = both["failing_step"].fillna(-1) == both["other"].fillna(-1)
         if len(both):
-            found.append(Agreeing(plan.sets[name].label, share(same, basis.loc[both, "instance"])))
+            found.append(Agreeing(plan.sets[name].label, share(same, both["instance"])))
     return found
 
 
@@ -297,7 +287,7 @@ def _label_sources(judged: JudgedPart, run: Run) -> str:
 
 def _calibration(
     judged: JudgedPart, title: str, weights: Weights
-) -> tuple[tuple[Calibrated, Calibrated], Abstaining]:
+) -> tuple[Calibrated, Calibrated, Abstaining]:
     """Calibration of a learned method's probabilities, of steps and of scores."""
     data, probabilities = judged.cases, judged.probabilities(weights)
     steps = np.arange(probabilities.shape[1])
@@ -310,7 +300,8 @@ def _calibration(
     return (
         calibrated(title, "a step is unstable", of_steps),
         calibrated(title, "a score is right", of_scores),
-    ), abstaining(title, abstention(sure, right, data.instances))
+        abstaining(title, abstention(sure, right, data.instances)),
+    )
 
 
 def _provenance(title: str, manifest: Mapping[str, Any], digest: str) -> Provenance:

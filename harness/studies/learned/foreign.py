@@ -8,11 +8,9 @@ from itertools import combinations
 from operator import attrgetter
 from pathlib import Path
 
-import numpy as np
-
 from steadyload.learners.methods import LearnedMethod
 from steadyload.learners.plans.plan import ForeignPlan
-from steadyload.learners.ranges import QUANTITIES, extent_of
+from steadyload.learners.ranges import QUANTITIES, extents_of
 from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.registry import make_method
 from steadyload.reports.columns import column, percent, row
@@ -57,7 +55,6 @@ class Judged:
     accepting: MethodEvaluation
     accepted: int = column("n", about="layouts that it does not refuse")
     inside: Mapping[str, Estimate] = column("as {} %", percent, "share of equal steps on these")
-    reasons: Sequence[Reason]
 
 
 @row
@@ -68,13 +65,9 @@ class Foreign:
     layouts: int
     max_items: int
     rows: Sequence[Judged]
+    reasons: Sequence[Reason]
     others: Sequence[MethodEvaluation]
     among: Sequence[Agreeing]
-
-    @property
-    def reasons(self) -> list[Reason]:
-        """Those of all methods."""
-        return [reason for each in self.rows for reason in each.reasons]
 
 
 def judge_foreign(lab: Lab, plan: ForeignPlan, files: Sequence[Path], limit: int | None) -> Foreign:
@@ -103,15 +96,9 @@ def judge_foreign(lab: Lab, plan: ForeignPlan, files: Sequence[Path], limit: int
     keys = [each.method for each in others]
     every = {each.name: each.first(min(len(each), plan.max_items)) for each in study.layouts()}
     layouts = [every[name] for name in said.index.get_level_values("layout")]
-    extents = np.array(
-        [
-            extent_of(
-                each.lower, each.upper, each.weights, each.mass_offsets, each.floor.corners,
-                max(each.pallet.size),
-            )
-            for each in layouts
-        ]
-    )  # fmt: skip
+    extents = extents_of(layouts)
+    here = list(zip(extents[:, 0].min(axis=0), extents[:, 1].max(axis=0), strict=True))
+    reasons = []
 
     def judged(spec: str) -> Judged:
         judge = make_method(spec)
@@ -119,14 +106,9 @@ def judge_foreign(lab: Lab, plan: ForeignPlan, files: Sequence[Path], limit: int
         key, ranges, own = method_key(judge), judge.weights.ranges, accepting[spec]
         beyond = ranges.beyond(extents)
         inside = said[~beyond.any(axis=1)]
-        reasons = [
-            Reason(
-                key.title, name, int(beyond[:, k].sum()), ranges.ranges[name],
-                (extents[:, 0, k].min(), extents[:, 1, k].max()),
-            )
-            for k, name in enumerate(QUANTITIES)
-            if beyond[:, k].any()
-        ]  # fmt: skip
+        counts = zip(QUANTITIES, beyond.sum(axis=0).tolist(), here, strict=True)
+        found = [Reason(key.title, q, n, ranges.ranges[q], ends) for q, n, ends in counts if n]
+        reasons.extend(sorted(found, key=lambda reason: -reason.layouts))
         return Judged(
             method=key,
             refused=share(beyond.any(axis=1)),
@@ -134,7 +116,6 @@ def judge_foreign(lab: Lab, plan: ForeignPlan, files: Sequence[Path], limit: int
             accepting=evaluation.row(own),
             accepted=len(inside),
             inside={o.title: agreement(inside, own, o.spec) for o in keys},
-            reasons=sorted(reasons, key=lambda reason: -reason.layouts),
         )
 
     return Foreign(
@@ -142,6 +123,7 @@ def judge_foreign(lab: Lab, plan: ForeignPlan, files: Sequence[Path], limit: int
         layouts=len(layouts),
         max_items=plan.max_items,
         rows=[judged(spec) for spec in plan.judges],
+        reasons=reasons,
         others=others,
         among=[
             Agreeing(f"{one.title} and {two.title}", agreement(said, one.spec, two.spec))

@@ -9,6 +9,7 @@ import pandas as pd
 
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.benchmark.dataset import KEYS
+from steadyload.layouts.model.scenarios import Scenario
 from steadyload.learners.plans.plan import Plan, TablePlan
 from steadyload.learners.plans.trainings import Workshop
 from steadyload.learners.shipping import method_for
@@ -43,9 +44,10 @@ class Judged:
 
 @row
 class Table:
-    """Methods, all compared with the method ``held``; ``costs`` explains the source of times."""
+    """Methods by group; all are compared with ``held``. ``costs`` explains the source of times."""
 
     held: MethodKey
+    own: Mapping[str, Judged]
     groups: Mapping[str, Sequence[Judged]]
     costs: str
 
@@ -53,14 +55,6 @@ class Table:
     def timed(self) -> list[Judged]:
         """The methods that were timed, on all cases."""
         return [each for each in self.groups[ALL] if each.found.cpu.n]
-
-    @property
-    def own(self) -> Mapping[str, Judged]:
-        """The method that all are compared with, by group."""
-        return {
-            group: next(each for each in rows if each.found.method == self.held)
-            for group, rows in self.groups.items()
-        }
 
     @property
     def others(self) -> list[MethodEvaluation]:
@@ -90,9 +84,10 @@ def judge_table(lab: Lab, plan: Plan, workshop: Workshop, limit: int | None) -> 
         tuple(keys), Cases(benchmark, plan.part, limit=limit), folder="table/verdicts",
         name="learned", shard_size=100,
     ).judged  # fmt: skip
-    cases = benchmark.select(plan.part, limit=limit)
-    share = max(1, table.timed // cases["scenario"].nunique())
-    timed_cases = pd.MultiIndex.from_frame(cases.groupby("scenario", sort=False).head(share)[KEYS])
+    few = max(1, table.timed // len(Scenario))
+    timed_cases = pd.MultiIndex.from_frame(
+        benchmark.select(plan.part, limit=min(few, limit or few))[KEYS]
+    )
     layouts = [benchmark.layout(name, scenario) for name, scenario in timed_cases]
     times = timed(
         tuple(keys), layouts, folder / "times",
@@ -124,8 +119,9 @@ def judge_table(lab: Lab, plan: Plan, workshop: Workshop, limit: int | None) -> 
             rates,
         )
 
+    own = {group: row_of(held, group) for group in evaluation.rows}
     groups = {group: [row_of(key, group) for key in keys.values()] for group in evaluation.rows}
-    return Table(held, groups, evaluation.cost_source.explained())
+    return Table(held, own, groups, evaluation.cost_source.explained())
 
 
 def _key(name: str, table: TablePlan, workshop: Workshop) -> MethodKey:
@@ -135,4 +131,4 @@ def _key(name: str, table: TablePlan, workshop: Workshop) -> MethodKey:
     run = workshop.runs(name)[0]
     key = method_key(make_method(f"{method_for(run.training.members)}:weights={run.weights}"))
     # A family of its own, so that figures distinguish trainings.
-    return dataclasses.replace(key, title=f"{run.training.title}, seed {run.seed}", family=name)
+    return dataclasses.replace(key, title=run.title, family=name)
