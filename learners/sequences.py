@@ -14,9 +14,10 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from steadyload.layouts.benchmark import Benchmark, Part, load_benchmark
+from steadyload.layouts.model.layout import Layout
 from steadyload.layouts.model.question import Question
 from steadyload.learners import LeakError
-from steadyload.learners.features import Array32, FeatureKind, features_of
+from steadyload.learners.features import Array32, FeatureKind, features, features_of
 from steadyload.learners.ranges import extent_of, trained_ranges, widest
 from steadyload.progress import Progress, silent
 from steadyload.statistics.placed import items_placed_by_case
@@ -186,6 +187,39 @@ def load_sequences(
         _instances(benchmark, chosen["instance"]),
         np.array(geometries, dtype=object),
         np.full(len(chosen), str(directory or BENCHMARK), dtype=object),
+        trained_ranges(extents, kind),
+    )
+
+
+def sequences_of(
+    cases: pd.DataFrame, layouts: Sequence[Layout], kind: FeatureKind, name: str
+) -> Sequences:
+    """Labelled cases that are in no set.
+
+    Args:
+        cases: a row a case: ``scenario``, ``instance``, ``geometry``, ``item_count`` and
+            ``failing_step``, which is missing where it is stable.
+        layouts: of the cases, in their order.
+        kind: of the features.
+        name: stands for that of a set.
+    """
+    rows = [features(layout, kind) for layout in layouts]
+    extents = [
+        extent_of(
+            layout.lower, layout.upper, layout.weights, layout.mass_offsets,
+            layout.floor.corners, max(layout.pallet.size),
+        )
+        for layout in layouts
+    ]  # fmt: skip
+    return Sequences(
+        kind,
+        np.concatenate(rows),
+        np.concatenate(([0], np.cumsum([len(row) for row in rows]))),
+        items_placed_by_case(cases["failing_step"], cases["item_count"]).to_numpy(),
+        cases["scenario"].to_numpy(dtype=object),
+        cases["instance"].to_numpy(dtype=object),
+        cases["geometry"].to_numpy(dtype=object),
+        np.full(len(cases), name, dtype=object),
         trained_ranges(extents, kind),
     )
 

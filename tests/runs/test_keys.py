@@ -25,11 +25,12 @@ from steadyload.labelling.screening import ScreenedUnit
 from steadyload.layouts.benchmark import Part
 from steadyload.layouts.model.layout import Layout
 from steadyload.layouts.packing.packing import random_layouts
+from steadyload.learners import tested
 from steadyload.learners.generation import GenerationOptions, ListUnit
-from steadyload.learners.plans import verdicts
+from steadyload.learners.options import training_preset
 from steadyload.learners.plans.plan import Plan, PlannedTraining
 from steadyload.learners.plans.trainings import Workshop
-from steadyload.learners.plans.verdicts import JudgedPart
+from steadyload.learners.sequences import sequences_of
 from steadyload.properties.property import MethodUnderTest
 from steadyload.properties.registry import PROPERTIES
 from steadyload.runs import units
@@ -43,7 +44,6 @@ from steadyload.studies.engines.speed import SpeedUnit, ThroughputUnit
 from steadyload.studies.extremes.running import CellUnit
 from steadyload.studies.extremes.sizes import SizeUnit
 from steadyload.studies.properties import testing as properties
-from steadyload.studies.replication import networks
 from steadyload.studies.scale.measuring import Size
 from steadyload.studies.session.packing_gains import PackingUnit
 from steadyload.studies.session.placing import CurvesUnit
@@ -75,7 +75,7 @@ NOT_IN_KEY = {
     "Load.of": "for people; the content of the layout is in the key",
     "Load.name": "for people; the content of the layout is in the key",
     "Load.item_list": "for statistics; the content of the layout is in the key",
-    "NetworkTraining.fold": "for messages",
+    "NetworkTraining.name": "for messages and its checkpoint",
     "NetworkTraining.folder": "where its checkpoint lies",
     "PlannedTraining.title": "for people",
     "PlannedTraining.seeds": "a training each, and the seed is in the name of its folder",
@@ -188,10 +188,10 @@ def network_trainings():
             "failing_step": pd.array([None] * 6, dtype="Int16"),
         }
     )  # fmt: skip
-    options = networks.paper_options(0, 0, hidden=128)
-    every = networks.sequences_of(cases, layouts, options.features)
+    options = replace(training_preset("paper").options, hidden=128)
+    every = sequences_of(cases, layouts, options.features, "files")
     parts = [every.chosen(np.isin(np.arange(6), places)) for places in ((0, 1), (2, 3), (4, 5))]
-    one = networks.NetworkTraining("file-0", options, *parts, Path("work"), 60.0)
+    one = tested.NetworkTraining("file-0", options, *parts, Path("work"), 60.0)
     yield "", one
     for name in ("learnt", "stopping", "asked"):
         yield name, replace(one, **{name: every})
@@ -276,7 +276,7 @@ MADE_WITH_KEY = {
     "units.Unit": study_cases,
     "generation.ListUnit": item_lists,
     "testing._Unit": property_units,
-    "networks.NetworkTraining": network_trainings,
+    "tested.NetworkTraining": network_trainings,
 }
 """Units that are made with their key: a first one, and others with one thing changed."""
 
@@ -419,7 +419,7 @@ def differs(one, other, field):
 CONSTANTS = {
     "units.Unit": [(units, "SCHEMA_VERSION")],
     "testing._Unit": [(properties, "VERSION")],
-    "networks.NetworkTraining": [(networks, "VERSION")],
+    "tested.NetworkTraining": [(tested, "VERSION")],
 }
 """What a key holds besides the fields of its unit."""
 

@@ -1,8 +1,6 @@
 """The paper's experiment from end to end, on a data set of a hundred files."""
 
 import dataclasses
-import io
-import shutil
 
 import numpy as np
 import pandas as pd
@@ -10,32 +8,19 @@ import pytest
 
 pytest.importorskip("torch")
 
-import torch
 
-from steadyload.atomic import CHECKSUM_DIGITS
 from steadyload.labelling.paper_labels import Labelling, label_files
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.benchmark.paper_files import FileOptions, make_files
 from steadyload.layouts.packing.heuristics import Heuristic
-from steadyload.learners.network import LstmNetwork
-from steadyload.learners.scoring import items_safe
 from steadyload.methods.registry import make_method
 from steadyload.reports.pages.writing import write_page
 from steadyload.runs.evaluation import ALL
 from steadyload.runs.paper import paper
-from steadyload.runs.store import CHECKPOINTS
 from steadyload.studies.kit import Lab
 from steadyload.studies.replication.comparing import Found, fall, paper_of, replicate
-from steadyload.studies.replication.learning import Memoriser
+from steadyload.studies.replication.learning import TABLE_4, Memoriser, paper_options
 from steadyload.studies.replication.methods import METHODS, PAPER
-from steadyload.studies.replication.networks import (
-    PAPER as TABLE_4,
-)
-from steadyload.studies.replication.networks import (
-    networks_on_folds,
-    paper_options,
-    sequences_of,
-)
 from steadyload.studies.replication.splits import (
     TABLE_2,
     TEST,
@@ -104,22 +89,6 @@ def steps(cases):
     return [None if pd.isna(step) else int(step) for step in cases["failing_step"]]
 
 
-@pytest.fixture
-def train(cases, layouts):
-    """Trains networks on the split by geometry, with their features and its fold."""
-    (fold,) = folds(cases, SplitKind.GEOMETRY)
-
-    def train(work, seeds=(0,), workers=0):
-        options = [paper_options(0, seed, epochs=1) for seed in seeds]
-        every = sequences_of(cases, layouts, options[0].features)
-        wanted = [(fold, one) for one in options]
-        kind = options[0].features
-        return list(networks_on_folds({kind: every}, wanted, work, 60.0, workers=workers)), every
-
-    train.fold = fold
-    return train
-
-
 @pytest.mark.parametrize(("spec", "title"), [("fbs", "FBS"), ("sme", "SME")])
 def test_rules_are_judged_on_every_test_file(found, cases, layouts, steps, spec, title):
     tests = np.flatnonzero(cases["part"] == TEST)
@@ -177,38 +146,6 @@ def test_without_a_twin_the_longest_common_beginning_counts():
     assert known.failing_step(pile(C, A)) is None  # nothing begins like it
     higher = dataclasses.replace(pile(D, A), pallet=Pallet(30.0, 40.0, 30.0))
     assert known.failing_step(higher) is None  # on another pallet
-
-
-def test_processes_train_what_one_process_does(train, tmp_path):
-    here, beside = (train(tmp_path / str(n), (0, 1), n)[0] for n in (0, 2))
-    for one, other in zip(here, beside, strict=True):
-        assert (one.probabilities == other.probabilities).all()
-    assert (here[0].probabilities != here[1].probabilities).any()
-
-
-def test_what_a_network_says_is_what_its_weights_say(train, tmp_path):
-    """Compared with torch, of the checkpoint that the training left."""
-    [tested], every = train(tmp_path)
-    (checkpoint,) = (tmp_path / CHECKPOINTS).glob("*/checkpoint.pt")
-    stored = torch.load(io.BytesIO(checkpoint.read_bytes()[CHECKSUM_DIGITS:]), weights_only=True)
-    asked, options = every.chosen(train.fold.test), paper_options(0, 0)
-    network = LstmNetwork(asked.rows.shape[1], options.hidden, options.layers)
-    network.load_state_dict(stored["best"])
-    with torch.inference_mode():
-        told = torch.sigmoid(network(torch.from_numpy(asked.padded()))).numpy()
-    within = np.arange(told.shape[1]) < asked.counts[:, None]
-    assert tested.probabilities[within] == pytest.approx(told[within], abs=1e-5)
-    safe = items_safe(tested.probabilities, asked.counts)
-    assert (safe == items_safe(told, asked.counts)).mean() > 0.99
-
-
-def test_without_checkpoints_nothing_is_trained_again(train, tmp_path):
-    [before], _ = train(tmp_path)
-    shutil.rmtree(tmp_path / CHECKPOINTS)
-    [after], _ = train(tmp_path)
-    assert after[:-1] == before[:-1]
-    assert (after.probabilities == before.probabilities).all()
-    assert not (tmp_path / CHECKPOINTS).exists()
 
 
 def test_all_learn_on_all_splits(found):

@@ -2,26 +2,45 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from typing import NamedTuple
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 
 from steadyload.layouts.model.layout import FloatArray, Layout
 from steadyload.learners.features import FeatureKind
-from steadyload.learners.options import TrainingOptions
+from steadyload.learners.options import TrainingOptions, options_from, training_preset
 from steadyload.learners.scoring import items_safe
+from steadyload.learners.sequences import sequences_of
+from steadyload.learners.tested import NetworkTraining, TestedNetwork, train_and_test
+from steadyload.methods.contract.spec import as_plain
+from steadyload.runs.store import CHECKPOINTS
 from steadyload.studies.kit import Lab
 from steadyload.studies.replication.methods import LSTM_1, LSTM_E, MEMORISER, SUPPORT
-from steadyload.studies.replication.networks import (
-    PAPER,
-    FoldNetwork,
-    networks_on_folds,
-    paper_options,
-    sequences_of,
-)
 from steadyload.studies.replication.splits import Fold, Rights, SplitKind, folds, steps_safe
+
+TABLE_4 = training_preset("paper-ensemble")
+"""Options of the networks of Table 4, and the size and learning rate of each; the first one is
+LSTM_1."""
+
+PATIENCE = 100
+"""Epochs without a better one before a training ends; the paper trains for all 700."""
+
+
+def paper_options(member: int, seed: int, **changes: Any) -> TrainingOptions:
+    """The options of a network of Table 4, with some changed.
+
+    Args:
+        member: its place in the table, from 0.
+        seed: of the training.
+        changes: of the options.
+
+    Raises:
+        LearnerError: a change that is not allowed.
+    """
+    own = {**TABLE_4.networks[member], "seed": seed, "patience": PATIENCE}
+    return options_from(as_plain(TABLE_4.options) | own | changes, where="replication")
 
 
 class Memoriser:
@@ -74,12 +93,11 @@ def _beginnings(layout: Layout) -> list[bytes]:
 
 
 class Learned(NamedTuple):
-    """What learnt on a split: on which cases it is right, shape (seeds, cases), those that are not
-    of the test among them as wrong; and its networks.
-    """
+    """Cases on which something that learnt on a split is right, (seeds, cases), and its networks;
+    cases that are not of the test count as wrong."""
 
     right: Rights
-    networks: Sequence[FoldNetwork] = ()
+    networks: Sequence[TestedNetwork] = ()
 
 
 def _ensembles(
@@ -88,7 +106,7 @@ def _ensembles(
     """By name the ensembles that are trained on every fold of a split; see :func:`learn`."""
     found = {LSTM_1: [[paper_options(0, seed, epochs=epochs)] for seed in range(seeds)]}
     if ensemble and kind is not SplitKind.FEWER:
-        members = range(len(PAPER.networks))
+        members = range(len(TABLE_4.networks))
         found[LSTM_E] = [[paper_options(member, 0, epochs=epochs) for member in members]]
     if kind is SplitKind.LIST:
         found[SUPPORT] = [[paper_options(0, 0, epochs=epochs, features=FeatureKind.SUPPORT)]]
@@ -117,7 +135,7 @@ def learn(
         ensemble: whether LSTM_e is trained.
 
     Raises:
-        as :func:`steadyload.studies.replication.networks.networks_on_folds`.
+        as :func:`steadyload.learners.tested.train_and_test`.
     """
     made = {kind: folds(cases, kind) for kind in SplitKind}
     plans = {kind: _ensembles(kind, epochs, seeds, ensemble) for kind in SplitKind}
@@ -129,14 +147,21 @@ def learn(
         for members in ensembles
         for options in members
     }
-    tested = networks_on_folds(
-        {kind: sequences_of(cases, layouts, kind) for kind in {o.features for *_, o in wanted}},
-        [(fold, options) for (*_, options), fold in wanted.items()],
-        lab.work,
-        budget / len(wanted),
-        workers=lab.workers,
+    features = {options.features for *_, options in wanted}
+    sequences = {kind: sequences_of(cases, layouts, kind, "files") for kind in features}
+
+    def trainings() -> Iterator[NetworkTraining]:
+        for (kind, number, options), fold in wanted.items():
+            parts = (fold.train, fold.validation, fold.test)
+            learnt, stopping, asked = map(sequences[options.features].chosen, parts)
+            folder, seconds = lab.work / CHECKPOINTS, budget / len(wanted)
+            name = f"{kind}-{number}"
+            yield NetworkTraining(name, options, learnt, stopping, asked, folder, seconds)
+
+    tested = train_and_test(
+        trainings, lab.work, workers=lab.workers,
         progress=lambda *of: lab.progress("training", *of),
-    )
+    )  # fmt: skip
     networks = dict(zip(wanted, tested, strict=True))
     labels, counts, found = steps_safe(cases), cases["item_count"].to_numpy(), {}
     for kind, plan in plans.items():
