@@ -17,9 +17,12 @@ import pyarrow as pa
 
 from steadyload.atomic import write_atomically
 from steadyload.labelling.label_rows import CASE_SECONDS, LABEL
+from steadyload.layouts.benchmark import Benchmark, Part
+from steadyload.layouts.benchmark.dataset import row_of, stored_offsets
 from steadyload.layouts.benchmark.paper_files import Case, PaperFiles
-from steadyload.layouts.benchmark.tables import as_parquet, read_parquet
+from steadyload.layouts.benchmark.tables import CASES, OPINIONS, as_parquet, read_parquet
 from steadyload.layouts.model.layout import Layout
+from steadyload.layouts.model.scenarios import Scenario
 from steadyload.methods.contract.method import Status
 from steadyload.progress import Progress, silent
 from steadyload.runs.definition import StudyDefinition
@@ -170,3 +173,53 @@ def _add(found: dict[int, int | None], unit: Unit, rows: pd.DataFrame) -> dict[s
         else:
             without[str(status)] = without.get(str(status), 0) + 1
     return without
+
+
+def labelled_cases(files: PaperFiles, labels: Labels) -> pd.DataFrame:
+    """A row a file and scenario that is labelled, twins included.
+
+    Columns: those of the table of files; ``row``, the file's number; ``scenario``; ``name``, of the
+    layout of the case; ``content``, of it; ``failing_step``, the label. Twins share name and
+    content in S1.
+    """
+    parts = []
+    for scenario in map(str, Scenario):
+        name = files.table["geometry" if scenario == Scenario.S1 else "file"]
+        first = files.distinct(scenario, name.index)
+        contents = [content_of(files.case(row, scenario)) for row in first]
+        content = name.map(dict(zip(name[first], contents, strict=True)))
+        own = files.table.assign(row=name.index, scenario=scenario, name=name, content=content)
+        known = own[content.isin(list(labels))]
+        steps = [labels[int(one)] for one in known["content"]]
+        parts.append(known.assign(failing_step=pd.array(steps, dtype="Int16")))
+    return pd.concat(parts, ignore_index=True)
+
+
+def case_layouts(files: PaperFiles, cases: pd.DataFrame) -> list[Layout]:
+    """The layouts of some cases, in their order; twins of S1 share one."""
+    keys = list(zip(cases["scenario"], cases["name"], strict=True))
+    rows = dict(zip(keys, cases["row"], strict=True))
+    made = {key: files.case(row, key[0]) for key, row in rows.items()}
+    return [made[key] for key in keys]
+
+
+def set_of(files: PaperFiles, cases: pd.DataFrame) -> Benchmark:
+    """Some labelled cases as a set, each once; all are of its test."""
+    cases = cases.drop_duplicates(["name", "scenario"]).reset_index(drop=True)
+    layouts = case_layouts(files, cases)
+    about = zip(layouts, cases["instance"], cases["item_class"], strict=True)
+    rows = {
+        layout.name: row_of(layout, instance, int(number), (layout.name,))
+        for layout, instance, number in about
+    }
+    table = cases.assign(
+        layout=cases["name"],
+        offsets=list(map(stored_offsets, layouts)),
+        split=str(Part.TEST),
+        rank=cases.groupby("scenario").cumcount(),
+        status="done",
+    ).reindex(columns=[*CASES.names, "instance"])
+    opinions = pd.DataFrame(columns=OPINIONS.names)
+    return Benchmark(
+        pd.DataFrame(rows.values()).set_index("layout"), table, opinions, {"origin": "files"}
+    )

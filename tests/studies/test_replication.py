@@ -12,6 +12,7 @@ from steadyload.labelling.paper_labels import (
     content_of,
     label_files,
     label_units,
+    labelled_cases,
     ship_labels,
     shipped_labels,
 )
@@ -27,7 +28,6 @@ from steadyload.studies.replication.splits import (
     SplitKind,
     draw_parts,
     folds,
-    labelled_cases,
     with_twin,
 )
 

@@ -9,7 +9,7 @@ import pytest
 pytest.importorskip("torch")
 
 
-from steadyload.labelling.paper_labels import Labelling, label_files
+from steadyload.labelling.paper_labels import Labelling, case_layouts, label_files, labelled_cases
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.benchmark.paper_files import FileOptions, make_files
 from steadyload.layouts.packing.heuristics import Heuristic
@@ -26,10 +26,8 @@ from steadyload.studies.replication.splits import (
     TEST,
     VALIDATION,
     SplitKind,
-    case_layouts,
     draw_parts,
     folds,
-    labelled_cases,
 )
 from steadyload.studies.replication.study import Replication
 

@@ -9,7 +9,13 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from steadyload.labelling.paper_labels import Labelling, Labels
+from steadyload.labelling.paper_labels import (
+    Labelling,
+    Labels,
+    case_layouts,
+    labelled_cases,
+    set_of,
+)
 from steadyload.layouts.benchmark import Part
 from steadyload.layouts.benchmark.paper_files import PaperFiles
 from steadyload.layouts.model.scenarios import Scenario
@@ -42,11 +48,8 @@ from steadyload.studies.replication.splits import (
     Rights,
     Sizes,
     SplitKind,
-    case_layouts,
     draw_parts,
     folds,
-    labelled_cases,
-    labelled_tests,
     with_twin,
 )
 
@@ -309,7 +312,7 @@ def _judged(
     """
     named, left_out = able_methods(methods, METHODS.values)
     evaluation = lab.judge(
-        named, Cases(labelled_tests(files, tests), Part.TEST), folder="judged", name="replication",
+        named, Cases(set_of(files, tests), Part.TEST), folder="judged", name="replication",
         shard_size=_SHARD,
     )  # fmt: skip
     titles = {str(make_method(spec).spec): title for title, spec in METHODS.items()}

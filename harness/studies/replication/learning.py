@@ -18,7 +18,7 @@ from steadyload.methods.contract.spec import as_plain
 from steadyload.runs.store import CHECKPOINTS
 from steadyload.studies.kit import Lab
 from steadyload.studies.replication.methods import LSTM_1, LSTM_E, MEMORISER, SUPPORT
-from steadyload.studies.replication.splits import Fold, Rights, SplitKind, folds, steps_safe
+from steadyload.studies.replication.splits import Fold, Rights, SplitKind, folds
 
 TABLE_4 = training_preset("paper-ensemble")
 """Options of the networks of Table 4, and the size and learning rate of each; the first one is
@@ -94,7 +94,8 @@ def _beginnings(layout: Layout) -> list[bytes]:
 
 class Learned(NamedTuple):
     """Cases on which something that learnt on a split is right, (seeds, cases), and its networks;
-    cases that are not of the test count as wrong."""
+    cases that are not of the test count as wrong.
+    """
 
     right: Rights
     networks: Sequence[TestedNetwork] = ()
@@ -163,18 +164,20 @@ def learn(
         progress=lambda *of: lab.progress("training", *of),
     )  # fmt: skip
     networks = dict(zip(wanted, tested, strict=True))
-    labels, counts, found = steps_safe(cases), cases["item_count"].to_numpy(), {}
+    every, found = next(iter(sequences.values())), {}
     for kind, plan in plans.items():
         found[MEMORISER, kind] = Learned(_memorised(cases, layouts, made[kind]))
         for name, ensembles in plan.items():
-            right, every = np.zeros((len(ensembles), len(cases)), dtype=bool), []
+            right, used = np.zeros((len(ensembles), len(cases)), dtype=bool), []
             for own, members in zip(right, ensembles, strict=True):
                 for fold in made[kind]:
                     told = [networks[kind, fold.number, options] for options in members]
                     mean = np.mean([each.probabilities for each in told], axis=0)  # Eq. 8
-                    own[fold.test] = items_safe(mean, counts[fold.test]) == labels[fold.test]
-                    every += told
-            found[name, kind] = Learned(right, every)
+                    own[fold.test] = (
+                        items_safe(mean, every.counts[fold.test]) == every.safe[fold.test]
+                    )
+                    used += told
+            found[name, kind] = Learned(right, used)
     return found
 
 

@@ -16,14 +16,6 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from steadyload.errors import UserError
-from steadyload.labelling.paper_labels import Labels, content_of
-from steadyload.layouts.benchmark import Benchmark, Part
-from steadyload.layouts.benchmark.dataset import row_of, stored_offsets
-from steadyload.layouts.benchmark.paper_files import PaperFiles
-from steadyload.layouts.benchmark.tables import CASES, OPINIONS
-from steadyload.layouts.model.layout import Layout
-from steadyload.layouts.model.scenarios import Scenario
-from steadyload.statistics.placed import items_placed_by_case
 
 Mask = NDArray[np.bool_]
 Rights = NDArray[np.bool_]
@@ -80,66 +72,11 @@ class Fold(NamedTuple):
     test: Mask
 
 
-def labelled_cases(files: PaperFiles, labels: Labels) -> pd.DataFrame:
-    """A row a file and scenario that is labelled, twins included.
-
-    Columns: those of the table of files; ``row``, the file's number; ``scenario``; ``name``, of the
-    layout of the case; ``content``, of it; ``failing_step``, the label. Twins share name and
-    content in S1.
-    """
-    parts = []
-    for scenario in map(str, Scenario):
-        name = files.table["geometry" if scenario == Scenario.S1 else "file"]
-        first = files.distinct(scenario, name.index)
-        contents = [content_of(files.case(row, scenario)) for row in first]
-        content = name.map(dict(zip(name[first], contents, strict=True)))
-        own = files.table.assign(row=name.index, scenario=scenario, name=name, content=content)
-        known = own[content.isin(list(labels))]
-        steps = [labels[int(one)] for one in known["content"]]
-        parts.append(known.assign(failing_step=pd.array(steps, dtype="Int16")))
-    return pd.concat(parts, ignore_index=True)
-
-
-def case_layouts(files: PaperFiles, cases: pd.DataFrame) -> list[Layout]:
-    """The layouts of some cases, in their order; twins of S1 share one."""
-    keys = list(zip(cases["scenario"], cases["name"], strict=True))
-    rows = dict(zip(keys, cases["row"], strict=True))
-    made = {key: files.case(row, key[0]) for key, row in rows.items()}
-    return [made[key] for key in keys]
-
-
-def labelled_tests(files: PaperFiles, tests: pd.DataFrame) -> Benchmark:
-    """The distinct cases of the test as a labelled set."""
-    cases = tests.drop_duplicates(["name", "scenario"]).reset_index(drop=True)
-    layouts = case_layouts(files, cases)
-    about = zip(layouts, cases["instance"], cases["item_class"], strict=True)
-    rows = {
-        layout.name: row_of(layout, instance, int(number), (layout.name,))
-        for layout, instance, number in about
-    }
-    table = cases.assign(
-        layout=cases["name"],
-        offsets=list(map(stored_offsets, layouts)),
-        split=str(Part.TEST),
-        rank=cases.groupby("scenario").cumcount(),
-        status="done",
-    ).reindex(columns=[*CASES.names, "instance"])
-    opinions = pd.DataFrame(columns=OPINIONS.names)
-    return Benchmark(
-        pd.DataFrame(rows.values()).set_index("layout"), table, opinions, {"origin": "files"}
-    )
-
-
-def steps_safe(cases: pd.DataFrame) -> NDArray[np.int64]:
-    """Items placed safely by the label of every case, all of them for a stable one."""
-    return items_placed_by_case(cases["failing_step"], cases["item_count"]).to_numpy()
-
-
 def draw_parts(cases: pd.DataFrame, *, seed: int, sizes: Sizes = TABLE_2) -> pd.Series:
     """The part of every case, ``test``, ``validation`` or empty, drawn by scenario.
 
     Args:
-        cases: of :func:`labelled_cases`.
+        cases: of :func:`steadyload.labelling.paper_labels.labelled_cases`.
         seed: of the draws, 0 or more.
         sizes: of the parts; other scenarios have no held-out cases.
 
@@ -164,7 +101,8 @@ def folds(cases: pd.DataFrame, kind: SplitKind) -> tuple[Fold, ...]:
     """The trainings of a split.
 
     Args:
-        cases: of :func:`labelled_cases`, with the column ``part`` of :func:`draw_parts`.
+        cases: of :func:`steadyload.labelling.paper_labels.labelled_cases`, with the column
+            ``part`` of :func:`draw_parts`.
         kind: of the split.
     """
     test, validation = ((cases["part"] == name).to_numpy(bool) for name in (TEST, VALIDATION))
