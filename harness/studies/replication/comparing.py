@@ -177,8 +177,8 @@ class Results:
     """Accuracies of everything that was judged and trained.
 
     ``files``, ``geometries``, ``lists`` are those that took part, ``unlabelled`` files by scenario
-    without a label. ``printed`` are the paper's figures of what is trained here. ``left_out`` has
-    the reasons why methods cannot judge, by spec.
+    without a label. ``printed`` are the paper's figures of what is trained here; that has rows by
+    its name and split. ``left_out`` has the reasons why methods cannot judge, by spec.
     """
 
     files: int
@@ -188,9 +188,9 @@ class Results:
     counts: Sequence[CountRow]
     methods: Sequence[MethodRow]
     printed: Sequence[PaperRow]
-    learned: Sequence[LearnedRow]
+    learned: Mapping[tuple[str, str], LearnedRow]
     splits: Sequence[SplitRow]
-    answers: Sequence[Answer]
+    answers: Mapping[str, Answer]
     changes: Sequence[Change]
     left_out: Mapping[str, str]
 
@@ -198,14 +198,6 @@ class Results:
         """The rows of some methods as one tuple; none where one of them was not judged."""
         rows = {one.title: one for one in self.methods}
         return [tuple(rows[title] for title in titles)] if rows.keys() >= {*titles} else []
-
-    def learnt(self, name: str, split: str) -> LearnedRow:
-        """The row of what learnt on a split."""
-        return next(one for one in self.learned if (one.name, one.split) == (name, split))
-
-    def answer(self, about: str) -> Answer:
-        """The answer to a question."""
-        return next(one for one in self.answers if one.about == about)
 
 
 @dataclass(frozen=True)
@@ -251,7 +243,28 @@ def replicate(
     test = (cases["part"] == TEST).to_numpy(bool)
     tests = cases[test]
     rights: dict[tuple[str, str], Rights] = {}
-    rows, left_out = _judged(lab, files, tests, methods, rights)
+    named, left_out = able_methods(methods, METHODS.values)
+    evaluation = lab.judge(
+        named, Cases(set_of(files, tests), Part.TEST), folder="judged", name="replication",
+        shard_size=_SHARD,
+    )  # fmt: skip
+    titles = {str(make_method(spec).spec): title for title, spec in METHODS.items()}
+    keys, rows = pd.MultiIndex.from_frame(tests[["name", "scenario"]]), []
+    for own in evaluation.methods:
+        title = titles.get(own.method.spec, own.method.title)
+        said = evaluation.judged.said[own.method.spec].reindex(keys)
+        right = verdicts_against_labels(said, tests)["right"].to_numpy(bool)[None]
+        rights[title, ""] = right  # twins share a verdict in S1
+        rows.append(
+            MethodRow(
+                title,
+                by_group(right, tests),
+                paper_of(PAPER.get(title, "")).get(ALL),
+                int(said.isna().sum()),
+                own.cpu.value,
+                title in READINGS | AS_RUN,
+            )
+        )
     learned = learn(lab, cases, case_layouts(files, cases), **training)
     rights |= {key: own.right[:, test] for key, own in learned.items()}
     parts = {kind: folds(cases, kind) for kind in SplitKind}
@@ -265,8 +278,8 @@ def replicate(
         counts=[_counts(scenario, own) for scenario, own in cases.groupby("scenario")],
         methods=rows,
         printed=[each for each in paper().rows if each.title in names],
-        learned=[
-            LearnedRow(
+        learned={
+            (name, kind.words): LearnedRow(
                 name,
                 kind.words,
                 by_group(rights[name, kind], tests),
@@ -280,7 +293,7 @@ def replicate(
             for name in names
             for (of, kind), (_, own) in learned.items()
             if of == name
-        ],
+        },
         splits=[
             SplitRow(
                 kind.words,
@@ -290,7 +303,7 @@ def replicate(
             )
             for kind, own in parts.items()
         ],
-        answers=list(_answers(rights, tests)),
+        answers={one.about: one for one in _answers(rights, tests)},
         changes=[
             *_changes(LSTM_1, _NETWORKS, rights, tests),
             *_changes("PS_opt", {title: (title, "") for title in PS_OPT}, rights, tests),
@@ -299,45 +312,9 @@ def replicate(
     )
 
 
-def _judged(
-    lab: Lab,
-    files: PaperFiles,
-    tests: pd.DataFrame,
-    methods: tuple[str, ...],
-    rights: dict[tuple[str, str], Rights],
-) -> tuple[list[MethodRow], Mapping[str, str]]:
-    """Rows of the methods that learn nothing, and the reasons why others of them cannot judge.
-
-    On which test files a method is right is entered under its title; twins share a verdict in S1.
-    """
-    named, left_out = able_methods(methods, METHODS.values)
-    evaluation = lab.judge(
-        named, Cases(set_of(files, tests), Part.TEST), folder="judged", name="replication",
-        shard_size=_SHARD,
-    )  # fmt: skip
-    titles = {str(make_method(spec).spec): title for title, spec in METHODS.items()}
-    cases, rows = pd.MultiIndex.from_frame(tests[["name", "scenario"]]), []
-    for own in evaluation.methods:
-        title = titles.get(own.method.spec, own.method.title)
-        said = evaluation.judged.said[own.method.spec].reindex(cases)
-        right = verdicts_against_labels(said, tests)["right"].to_numpy(bool)[None]
-        rights[title, ""] = right
-        rows.append(
-            MethodRow(
-                title,
-                by_group(right, tests),
-                paper_of(PAPER.get(title, "")).get(ALL),
-                int(said.isna().sum()),
-                own.cpu.value,
-                title in READINGS | AS_RUN,
-            )
-        )
-    return rows, left_out
-
-
 def paper_of(title: str) -> Mapping[str, float]:
     """The paper's accuracies of a method by group, as shares; empty where it has none."""
-    return next((row.accuracy for row in paper().rows if row.title == title), {})
+    return next((one.accuracy for one in paper().rows if one.title == title), {})
 
 
 def by_group(
