@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -24,7 +25,7 @@ from steadyload.reports.columns import column, percent, plain_percent, row, sign
 from steadyload.runs.able import able_methods
 from steadyload.runs.accuracy import accuracy_of_seeds, verdicts_against_labels
 from steadyload.runs.comparison import difference
-from steadyload.runs.evaluation import ALL
+from steadyload.runs.evaluation import ALL, MethodEvaluation
 from steadyload.runs.labels import Cases, item_lists
 from steadyload.runs.paper import PaperRow, paper
 from steadyload.statistics.estimate import Estimate
@@ -242,30 +243,15 @@ def replicate(
     cases["part"] = draw_parts(cases, seed=seed, sizes=sizes)
     test = (cases["part"] == TEST).to_numpy(bool)
     tests = cases[test]
-    rights: dict[tuple[str, str], Rights] = {}
     named, left_out = able_methods(methods, METHODS.values)
     evaluation = lab.judge(
         named, Cases(set_of(files, tests), Part.TEST), folder="judged", name="replication",
         shard_size=_SHARD,
     )  # fmt: skip
-    titles = {str(make_method(spec).spec): title for title, spec in METHODS.items()}
-    keys, rows = pd.MultiIndex.from_frame(tests[["name", "scenario"]]), []
-    for own in evaluation.methods:
-        title = titles.get(own.method.spec, own.method.title)
-        said = evaluation.judged.said[own.method.spec].reindex(keys)
-        right = verdicts_against_labels(said, tests)["right"].to_numpy(bool)[None]
-        rights[title, ""] = right  # twins share a verdict in S1
-        rows.append(
-            MethodRow(
-                title,
-                by_group(right, tests),
-                paper_of(PAPER.get(title, "")).get(ALL),
-                int(said.isna().sum()),
-                own.cpu.value,
-                title in READINGS | AS_RUN,
-            )
-        )
+    said = evaluation.judged.said.reindex(pd.MultiIndex.from_frame(tests[["name", "scenario"]]))
+    judged = [_judged(own, said[own.method.spec], tests) for own in evaluation.methods]
     learned = learn(lab, cases, case_layouts(files, cases), **training)
+    rights: dict[tuple[str, str], Rights] = {(one.title, ""): right for one, right in judged}
     rights |= {key: own.right[:, test] for key, own in learned.items()}
     parts = {kind: folds(cases, kind) for kind in SplitKind}
     twins = {kind: with_twin(cases, own)[test] for kind, own in parts.items()}
@@ -276,7 +262,7 @@ def replicate(
         lists=tests["instance"].nunique(),
         unlabelled=len(files.table) * len(SCENARIOS) - len(cases),
         counts=[_counts(scenario, own) for scenario, own in cases.groupby("scenario")],
-        methods=rows,
+        methods=[one for one, _ in judged],
         printed=[each for each in paper().rows if each.title in names],
         learned={
             (name, kind.words): LearnedRow(
@@ -310,6 +296,29 @@ def replicate(
         ],
         left_out=left_out,
     )
+
+
+def _judged(
+    own: MethodEvaluation, said: pd.Series, tests: pd.DataFrame
+) -> tuple[MethodRow, Rights]:
+    """The row of a method, and on which test files it is right; twins share a verdict in S1."""
+    title = _titles().get(own.method.spec, own.method.title)
+    right = verdicts_against_labels(said, tests)["right"].to_numpy(bool)[None]
+    made = MethodRow(
+        title,
+        by_group(right, tests),
+        paper_of(PAPER.get(title, "")).get(ALL),
+        int(said.isna().sum()),
+        own.cpu.value,
+        title in READINGS | AS_RUN,
+    )
+    return made, right
+
+
+@cache
+def _titles() -> Mapping[str, str]:
+    """Titles by canonical spec."""
+    return {str(make_method(spec).spec): title for title, spec in METHODS.items()}
 
 
 def paper_of(title: str) -> Mapping[str, float]:
