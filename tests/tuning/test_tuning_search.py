@@ -279,12 +279,16 @@ def test_a_search_without_its_start_is_no_record(finished, tmp_path):
 
 def test_a_record_of_searches_holds_what_they_found(finished):
     search, _ = finished
-    [one] = of_searches([search])["searched"]
+    record = of_searches([search])
+    [one], genes = record["searches"], record["genes"]
     assert (one.engine, one.goal) == ("mujoco", search.goal)
     assert one.cases == f"{CASES} of part `validation` of the large set"
+    assert one.changed == (sum(gene.start != gene.found["mujoco"] for gene in genes), len(genes))
+    names = [gene.name.partition(" ")[0] for gene in genes]
     best = search.space.values(search.fittest().genotype)
-    assert {gene.name: float(gene.found) for gene in one.genes} == pytest.approx(best)
-    assert {gene.name: float(gene.start) for gene in one.genes} == pytest.approx(
-        search.space.values(search.space.start)
-    )
+    found = [float(gene.found["mujoco"]) for gene in genes]
+    assert dict(zip(names, found, strict=True)) == pytest.approx(best)
+    assert {
+        name: float(gene.start) for name, gene in zip(names, genes, strict=True)
+    } == pytest.approx(search.space.values(search.space.start))
     assert search.made_by["versions"][ALGORITHMS[search.options.algorithm].needs]
