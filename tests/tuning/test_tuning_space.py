@@ -10,7 +10,7 @@ from steadyload.engines.world import SETTINGS, Support, WorldSettings
 from steadyload.methods.contract.spec import as_plain
 from steadyload.methods.registry import make_method
 from steadyload.methods.simulation.simulation_parameters import SimulationParameters
-from steadyload.studies.tuning.variants import carried_over, physical, without_gains
+from steadyload.studies.tuning.comparing import carried_over, physical, without_gains
 from steadyload.tuning import TuningError
 from steadyload.tuning.space import gene_groups, space_names, space_on
 

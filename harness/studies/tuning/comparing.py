@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 from steadyload.engines.registry import capabilities
 from steadyload.layouts.benchmark import PLANAR, Part, load_benchmark
 from steadyload.layouts.model.question import Question
+from steadyload.methods.contract.spec import as_plain, bind
 from steadyload.methods.naming import MethodKey
 from steadyload.methods.registry import make_method
+from steadyload.methods.simulation.simulation_parameters import parameters_on
 from steadyload.methods.tuned import TUNED, tuned
 from steadyload.runs.evaluation import Evaluation
 from steadyload.runs.labels import Cases
@@ -30,25 +33,31 @@ from steadyload.studies.tuning.presets import (
     Variant,
 )
 from steadyload.studies.tuning.searching import Point, of_searches, spread
-from steadyload.studies.tuning.variants import (
-    Change,
-    carried_over,
-    physical,
-    tuned_values,
-    without_gains,
-)
 from steadyload.tuning import TuningError
 from steadyload.tuning.cost import GOAL
 from steadyload.tuning.ledger import Entry
 from steadyload.tuning.presets import by_worth, preset
 from steadyload.tuning.search import Search, pareto_front
-from steadyload.tuning.space import PAPERS, space_on
+from steadyload.tuning.space import PAPERS, Space, gene_groups, space_on, spec_of
 from steadyload.tuning.trial import fitness
 
 _SHARD_SIZE = 60
 
 _STOPPED = GOAL.partition(":")[2]
 """Parameters of samples and of a stop at rest, which PS_3 and PS_5 are given like all methods."""
+
+
+Values = Mapping[str, Any]
+
+_PHYSICAL = {
+    "friction": ("friction",),
+    "restitution": ("restitution",),
+    "friction and restitution": ("friction", "restitution"),
+    "damping": ("linear_damping", "angular_damping"),
+    "margin": ("margin",),
+    "thresholds and time": ("eps_t", "eps_r", "t_max"),
+}
+"""Parameters that get the values of the simulation that makes the labels, by name of the change."""
 
 
 def compare(lab: Lab, searches: Iterable[Search], limit: int | None = None) -> Found:
@@ -266,3 +275,55 @@ def _carried(here: str, there: str) -> tuple[str, tuple[str, ...]]:
     if here == there:
         return _spec(f"{TUNED}@{here}"), ()
     return carried_over(tuned_values(here), there)
+
+
+class Change(NamedTuple):
+    """A tuned parameter set with some values changed: its name, these as text, and the spec."""
+
+    name: str
+    values: str
+    spec: str
+
+
+def tuned_values(engine: str) -> dict[str, Any]:
+    """All parameters of the tuned preset on its engine."""
+    return as_plain(make_method(f"{TUNED}@{engine}").parameters)
+
+
+def without_gains(space: Space, tuned: Values) -> list[Change]:
+    """One change for every group of genes that is reset to the start of the search; and all."""
+    start = space.values(space.start)
+    groups = {
+        name: {gene: start[gene] for gene in genes if gene in start}
+        for name, genes in gene_groups().items()
+    }
+    return _changes(space.engine, tuned, {**groups, "everything": start})
+
+
+def physical(engine: str, tuned: Values) -> list[Change]:
+    """One change for every quantity that is set to the value of the reference simulation."""
+    label = as_plain(make_method("label@reference").parameters)
+    groups = {title: {name: label[name] for name in names} for title, names in _PHYSICAL.items()}
+    everything = {name: value for values in groups.values() for name, value in values.items()}
+    return _changes(engine, tuned, {**groups, "all of these": everything})
+
+
+def _changes(engine: str, tuned: Values, groups: Mapping[str, Values]) -> list[Change]:
+    found = []
+    for name, values in groups.items():
+        different = {k: v for k, v in values.items() if k in tuned and tuned[k] != v}
+        if different:
+            text = ", ".join(f"{key} {value}" for key, value in different.items())
+            bound = bind(parameters_on(engine), {**tuned, **different}, where=engine)
+            found.append(Change(name, text, spec_of(engine, bound)))
+    return found
+
+
+def carried_over(tuned: Values, engine: str) -> tuple[str, tuple[str, ...]]:
+    """A parameter set on another engine: its spec there, and parameters without effect there."""
+    known = {field.name for field in dataclasses.fields(parameters_on(engine))}
+    kept = {name: value for name, value in tuned.items() if name in known}
+    bound = bind(parameters_on(engine), kept, where=engine)
+    ignored = capabilities(engine).ignored(bound.world_settings())
+    own = tuple(name for name in tuned if name not in known)
+    return spec_of(engine, bound), (*ignored, *own)

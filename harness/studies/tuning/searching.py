@@ -93,18 +93,14 @@ class Searching:
     wall: float = column(form=duration)
     space: str = column()
     seed: int = column()
-    population: tuple[int, int] = column(
-        form="{0[0]} x {0[1]}".format, about="its size, and the number of generations"
-    )
+    population: tuple[int, int] = column(form="{0[0]} x {0[1]}".format, about="and generations")
     genotypes: int = column(about="that were judged, wholly or in part")
     whole: int = column("judged whole", about="on all cases")
     abandoned: int = column(about="before all cases were judged")
     repeats: int = column(about="proposed again, and not judged again")
     known: int = column(about="found by an earlier search, in the first generation")
     parameter_sets: int = column("parameter sets", about="that its cost model was fitted to")
-    correlation: float = column(
-        "rank correlation", "{:.3f}".format, "Spearman's, of modelled and measured costs"
-    )
+    correlation: float = column("rank correlation", "{:.3f}".format, "Spearman's, of the model")
     error: float = column("median error %", plain_percent)
     microseconds: Mapping[str, float] = column("{}", partial(compact, digits=3))
     cases: str
