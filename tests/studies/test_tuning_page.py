@@ -15,6 +15,7 @@ from steadyload.reports.pages.writing import write_page
 from steadyload.reports.table import duration, factor
 from steadyload.runs.evaluation import MethodEvaluation
 from steadyload.statistics.estimate import Estimate
+from steadyload.studies.kit import Lab
 from steadyload.studies.tuning import searching
 from steadyload.studies.tuning.comparing import _within_budgets
 from steadyload.studies.tuning.presets import (
@@ -259,6 +260,20 @@ def test_searches_of_one_name_are_refused_and_others_are_kept_beside_the_page(tm
     replace(STUDY, searches=(kept,)).beside(FULL, tmp_path / "page")
     again = Ledger.of(tmp_path / "page/searches" / kept.name)
     assert again[1].entries.keys() == Ledger.of(kept)[1].entries.keys()
+
+
+def test_presets_are_written_before_they_are_compared(tmp_path, monkeypatch):
+    monkeypatch.setattr("steadyload.methods.tuned.FILE", tmp_path / "tuned.json")
+    monkeypatch.setattr(
+        "steadyload.studies.tuning.comparing.compare",
+        lambda lab, searches, limit: (tuned()[TUNED], [one.name for one in searches], limit),
+    )
+    study = replace(STUDY, searches=(SEARCHES / "chipmunk-seed-0",), write_presets=True, limit=7)
+    presets, names, limit = study.run(Lab(tmp_path))
+    assert list(presets) == ["chipmunk"]
+    assert (names, limit) == (["chipmunk-seed-0"], 7)
+    assert str(tmp_path / "tuned.json") in study.remarks(FULL)[0]
+    assert STUDY.remarks(FULL) == []
 
 
 def test_docs_give_the_start_of_searches_as_the_published_page_does():

@@ -45,6 +45,12 @@ class Tuning(Study["Found"]):
                 write_preset(best)
         return compare(lab, searches, self.limit)
 
+    def remarks(self, found: Found) -> list[str]:
+        """The file of presets, where they were written."""
+        from steadyload.methods.tuned import FILE
+
+        return [f"presets written to {FILE}"] if self.write_presets else []
+
     def beside(self, found: Found, folder: Path) -> None:
         """Keep the searches in ``searches``, from which the page can be made again."""
         from steadyload.tuning.ledger import Ledger
