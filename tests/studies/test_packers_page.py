@@ -1,11 +1,10 @@
-"""The page of packers' plans counts what the labels of a set say, and names why plans fail."""
+"""Packers' plans are counted by what the labels of a set say, and by why they fail."""
 
 import math
 
 import pandas as pd
 import pytest
 
-from steadyload.cli import main
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.benchmark import BenchmarkError, load_benchmark
 from steadyload.layouts.benchmark.dataset import row_of
@@ -19,9 +18,11 @@ from steadyload.layouts.benchmark.tables import (
     write_further,
     write_tables,
 )
+from steadyload.reports.table import percent
 from steadyload.studies.packers.causes import Cause, cause_of, widest_gap
 from steadyload.studies.packers.counting import summarise
 from steadyload.studies.packers.plans import CONTAINERS, CUSTOMERS, EURO_PALLETS, OTHERS, plans_of
+from steadyload.studies.packers.study import Packers
 
 EURO = Pallet(80.0, 130.0, 120.0)
 BOX = Pallet(*(float(CONTAINER[k]) for k in (1, 2, 0)))
@@ -88,13 +89,8 @@ MANIFEST = {
 }
 
 
-@pytest.fixture
-def real(tmp_path):
-    """A folder of ten layouts of three boxes; those of two lists are cases in all scenarios."""
-    return write_set(tmp_path / "set", PLANS.values())
-
-
-def write_set(folder, plans, *, with_stands=True):
+def labelled(folder, plans, *, with_stands=True):
+    """A set of plans; those of two lists are cases in all scenarios."""
     layouts = pd.DataFrame([row_of(layout, own, 0, tuple(by)) for layout, own, by, _ in plans])
     cases, stands = [], []
     for layout, _, _, label in plans:
@@ -116,7 +112,18 @@ def write_set(folder, plans, *, with_stands=True):
     if with_stands:
         table = pd.DataFrame(stands).reindex(columns=STANDS.names)
         write_further(folder, "stands", table, {})
-    return folder
+    return load_benchmark(folder)
+
+
+@pytest.fixture(scope="module")
+def real(tmp_path_factory):
+    """A set of ten layouts of three boxes."""
+    return labelled(tmp_path_factory.mktemp("packers") / "set", PLANS.values())
+
+
+@pytest.fixture(scope="module")
+def found(real):
+    return summarise(real)
 
 
 def one(rows, packer, **more):
@@ -132,8 +139,7 @@ def shares(row):
     return row.within.value, row.stands.value, row.stands.n, row.unsettled
 
 
-def test_plans_of_each_packer_are_counted_for_each_question(real):
-    found = summarise(load_benchmark(real))
+def test_plans_of_each_packer_are_counted_for_each_question(found):
     assert [row.packer for row in found.packers] == [
         "PackingSolver", "Packvium", "Packvium (75 % supported)", "py3dbp", "palletising software"
     ]  # fmt: skip
@@ -147,8 +153,7 @@ def test_plans_of_each_packer_are_counted_for_each_question(real):
     assert shares(one(found.packers, "Packvium (75 % supported)")) == (1.0, 1.0, 1, 0)
 
 
-def test_plans_are_counted_by_kind_of_list_and_by_scenario(real):
-    found = summarise(load_benchmark(real))
+def test_plans_are_counted_by_kind_of_list_and_by_scenario(found, real):
     assert [(row.kind, row.packer, row.plans) for row in found.kinds] == [
         (CONTAINERS, "Packvium", 1), (CONTAINERS, "py3dbp", 1),
         (EURO_PALLETS, "PackingSolver", 1), (EURO_PALLETS, "Packvium", 2),
@@ -158,29 +163,26 @@ def test_plans_are_counted_by_kind_of_list_and_by_scenario(real):
     packvium, py3dbp = found.scenarios
     assert (packvium.packer, packvium.plans, py3dbp.plans) == ("Packvium", 1, 1)
     assert {s: e.value for s, e in packvium.stands.items()} == {"S1": 1.0, "S2a": 1.0, "S2b": 0.0}
-    plans = plans_of(load_benchmark(real)).set_index("layout")
+    plans = plans_of(real).set_index("layout")
     assert (plans.loc["C py3dbp 1", "kind"], plans.loc["C py3dbp 1", "list"]) == (OTHERS, "C")
     assert plans.loc["o.order-0", "list"] == "o"
 
 
-def test_packers_are_compared_on_lists_of_which_both_have_a_plan(real):
-    pairs = {(p.first, p.second): p for p in summarise(load_benchmark(real)).pairs}
-    counted = {
-        names: (pair.lists, pair.only_first.value, pair.only_second.value)
-        for names, pair in pairs.items()
-    }
-    assert counted == {
+def test_packers_are_compared_on_lists_of_which_both_have_a_plan(found):
+    assert {
+        (pair.first, pair.second): (pair.lists, pair.only_first.value, pair.only_second.value)
+        for pair in found.pairs
+    } == {
         ("PackingSolver", "Packvium"): (1, 0.0, 1.0),
         ("PackingSolver", "py3dbp"): (1, 0.0, 0.0),
         ("Packvium", "Packvium (75 % supported)"): (1, 0.0, 0.0),
         ("Packvium", "py3dbp"): (2, 1.0, 0.0),
         ("Packvium (75 % supported)", "py3dbp"): (1, 1.0, 0.0),
     }
-    assert all(pair.p == 1.0 for pair in pairs.values())  # one instance says nothing
+    assert all(pair.p == 1.0 for pair in found.pairs)  # one instance says nothing
 
 
-def test_causes_of_failures(real):
-    found = summarise(load_benchmark(real))
+def test_causes_of_failures(found):
     py3dbp = one(found.causes, "py3dbp")
     assert {cause: e.value for cause, e in py3dbp.causes.items()} == {
         Cause.NOTHING: pytest.approx(1 / 3), Cause.OUT: 0.0,
@@ -218,9 +220,8 @@ def test_gaps_below_boxes():
     assert widest_gap(loaded("over the floor", (((0, 7, 0), CUBE),))) == 7.0
 
 
-def test_the_worst_plan_is_drawn_at_its_failing_step(real):
-    worst = summarise(load_benchmark(real)).worst
-    packing, py3dbp = worst
+def test_the_worst_plan_is_drawn_at_its_failing_step(found):
+    packing, py3dbp = found.worst
     assert (py3dbp.layout, py3dbp.step, py3dbp.items, py3dbp.moved_item) == ("D py3dbp 1", 1, 3, 1)
     assert len(py3dbp.drawn) == 2
     assert not py3dbp.is_late
@@ -233,57 +234,46 @@ def test_of_equally_bad_plans_the_largest_is_the_worst(tmp_path):
     small = plan("A py3dbp 1", OUT, "i1", "py3dbp", **fails(1, 1))
     large = plan("B py3dbp 1", more, "i1", "py3dbp", **fails(2, None))
     plans = [small, large]
-    (worst,) = summarise(load_benchmark(write_set(tmp_path / "set", plans))).worst
+    (worst,) = summarise(labelled(tmp_path / "set", plans)).worst
     assert (worst.layout, worst.moved_item) == ("B py3dbp 1", None)
 
 
-def test_plans_without_a_label_are_counted_apart(real):
-    coverage = summarise(load_benchmark(real)).coverage
-    py3dbp, packing = one(coverage, "py3dbp"), one(coverage, "PackingSolver")
+def test_plans_without_a_label_are_counted_apart(found):
+    py3dbp, packing = one(found.coverage, "py3dbp"), one(found.coverage, "PackingSolver")
     assert (py3dbp.plans, py3dbp.known, py3dbp.unlabelled, py3dbp.failed) == (4, 3, 1, 0)
     assert (packing.plans, packing.known, packing.unlabelled, packing.failed) == (2, 1, 0, 1)
     assert packing.boxes_new is None
-    packvium = one(coverage, "Packvium")
+    packvium = one(found.coverage, "Packvium")
     assert (packvium.narrow.value, packvium.in_air.value, packvium.widest_gap_cm) == (0.5, 0.5, 2.0)
 
 
-def test_the_page_says_it_all(real, tmp_path, capsys):
-    assert main(["study", "packers", str(real), "-o", str(tmp_path / "page")]) == 0
-    assert capsys.readouterr().out == f"{tmp_path}/page/report.md\n"
-    text = (tmp_path / "page" / "report.md").read_text()
-    first = text.split("\n\n")[1]
-    assert "centres of mass in the middle: PackingSolver 0.0" in first
-    assert "Of 11 plans 2 have no label yet and are left out." in first
-    assert "By height. A packer gives" in text
-    assert "py3dbp 1.1.2" in text
-    assert "A label is one verdict of the reference simulator." in text
-    assert "box 1 moves 0.3 cm and 1.7 degrees within 0.3 s, and too far later" in text
-    assert "No plan fails of: Packvium, Packvium (75 % supported), palletising software." in text
-    assert len(list((tmp_path / "page" / "figures").iterdir())) == 3
+def test_the_page_shows_what_was_found(found, assert_shown):
+    stands = [percent(row.stands) for row in found.packers if row.stands.n]
+    assert_shown(
+        Packers(),
+        found,
+        answer=[*stands, found.all_causes.plans, found.missing],
+        tables=[
+            *(found.packers, found.scenarios, found.kinds, found.pairs),
+            *([*found.causes, found.all_causes], found.coverage, found.coverage),
+        ],
+        charts=["failed_by", "worst_0", "worst_1"],
+    )
+    assert found.spared == ["Packvium", "Packvium (75 % supported)", "palletising software"]
+    assert found.made_with["packers"] == "py3dbp 1.1.2"
 
 
-def test_a_set_whose_plans_all_stand_has_a_page(tmp_path):
-    folder = write_set(tmp_path / "set", [PLANS["A packvium 1"], PLANS["o.order-0"]])
-    found = summarise(load_benchmark(folder))
-    assert (found.worst, found.causes, found.all_causes.plans) == ([], [], 0)
+def test_a_set_whose_plans_all_stand_has_a_page(tmp_path, assert_shown):
+    benchmark = labelled(tmp_path / "set", [PLANS["A packvium 1"], PLANS["o.order-0"]])
+    found = summarise(benchmark)
+    assert (found.worst, found.causes, found.all_causes.plans, found.missing) == ([], [], 0, 0)
     assert math.isnan(found.all_causes.own.value)
-    assert main(["study", "packers", str(folder), "-o", str(tmp_path / "page")]) == 0
-    text = (tmp_path / "page" / "report.md").read_text()
-    assert "No plan fails." in text
-    assert "left out" not in text
+    shown = [found.packers, found.scenarios, found.kinds, found.coverage, found.coverage]
+    assert_shown(Packers(), found, tables=shown, charts=["failed_by"], drawn=False)
 
 
 @pytest.mark.parametrize("with_stands", [True, False])
-def test_a_set_without_labels_is_refused(tmp_path, with_stands, capsys):
-    folder = write_set(
-        tmp_path / "set", [PLANS["C packvium 2"], PLANS["C py3dbp 1"]], with_stands=with_stands
-    )
-    with pytest.raises(BenchmarkError, match="has a label of whether it stands"):
-        summarise(load_benchmark(folder))
-    assert main(["study", "packers", str(folder), "-o", str(tmp_path / "page")]) == 2
-    assert "no plan of a packer" in capsys.readouterr().err
-
-
-def test_a_set_without_packers_is_refused():
-    with pytest.raises(BenchmarkError, match="no plan of a packer"):
-        summarise(load_benchmark())
+def test_a_set_without_labels_of_packers_is_refused(tmp_path, with_stands):
+    unlabelled = [PLANS["C packvium 2"], PLANS["C py3dbp 1"]]
+    with pytest.raises(BenchmarkError, match=r"no plan of a packer .* has a label of whether"):
+        summarise(labelled(tmp_path / "set", unlabelled, with_stands=with_stands))
