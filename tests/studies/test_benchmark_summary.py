@@ -1,4 +1,4 @@
-"""What the page of a labelled set says."""
+"""What is counted of a labelled set, and how robust its labels are."""
 
 from dataclasses import replace
 
@@ -9,13 +9,8 @@ from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.benchmark import BenchmarkError, load_benchmark
 from steadyload.layouts.benchmark.confidence import Reason
 from steadyload.layouts.benchmark.dataset import row_of
-from steadyload.layouts.benchmark.tables import (
-    CASES,
-    OPINIONS,
-    UNLABELLED,
-    write_tables,
-)
-from steadyload.reports.pages.writing import write_page
+from steadyload.layouts.benchmark.tables import CASES, OPINIONS, UNLABELLED, write_tables
+from steadyload.reports.table import percent
 from steadyload.studies.benchmark.counting import SizeCount, summarise
 from steadyload.studies.benchmark.study import Benchmark
 
@@ -63,8 +58,8 @@ def written(directory, layouts, cases, said=()):
     return load_benchmark(directory)
 
 
-@pytest.fixture
-def labelled(tmp_path):
+@pytest.fixture(scope="module")
+def found(tmp_path_factory):
     layouts = [
         row("stable", 4, "one", packings=3),
         row("slides", 10, "two"),
@@ -83,11 +78,10 @@ def labelled(tmp_path):
         *opinions("tips", 6, 6),
         *opinions("falls", 9, None),
     ]
-    return written(tmp_path / "set", layouts, cases, said)
+    return summarise(written(tmp_path_factory.mktemp("benchmark") / "set", layouts, cases, said))
 
 
-def test_counts_and_shares(labelled):
-    found = summarise(labelled)
+def test_counts_and_shares(found):
     assert (found.layouts, found.cases, found.instances, found.without_label) == (4, 4, 3, 0)
     [natural] = found.natural
     assert natural.stable.value == pytest.approx(1 / 4)
@@ -99,14 +93,14 @@ def test_counts_and_shares(labelled):
     assert (test.cases, test.stable, test.instances) == (4, 1, 3)
 
 
-def test_a_score_stands_in_its_own_tenth(labelled):
+def test_a_score_stands_in_its_own_tenth(found):
     """0.3, 0.6 and 0.9 are the lower ends of their tenths."""
-    shares = [each.shares["S1"] for each in summarise(labelled).scores]
+    shares = [each.shares["S1"] for each in found.scores]
     assert shares == [0, 0, 0, 0.25, 0, 0, 0.25, 0, 0, 0.25, 0.25]
 
 
-def test_reasons_of_failure(labelled):
-    shares = {r.reason: r.shares["S1"].value for r in summarise(labelled).reasons}
+def test_reasons_of_failure(found):
+    shares = {r.reason: r.shares["S1"].value for r in found.reasons}
     third = pytest.approx(1 / 3)
     assert shares == {
         "beyond 10 cm only": third,
@@ -124,8 +118,7 @@ def test_a_movement_that_rounding_put_on_the_threshold_counts(tmp_path):
     assert {r.reason: r.shares["S1"].value for r in found.reasons}["beyond 10 cm only"] == 1.0
 
 
-def test_firmness_and_disputes(labelled):
-    found = summarise(labelled)
+def test_firmness_and_disputes(found):
     [firm] = found.firmness
     assert firm.robust.value == pytest.approx(3 / 4)
     assert firm.confidence.value == pytest.approx((3 + 2 / 3) / 4)
@@ -149,24 +142,38 @@ def test_half_an_ensemble_makes_no_label_robust(tmp_path):
     assert summarise(found).firmness == []
 
 
-def test_the_page_shows_it(labelled, tmp_path):
-    page = Benchmark().page(replace(summarise(labelled), notes="Looked at,\nline by line."))
-    text = write_page(page, tmp_path / "page").read_text()
-    assert "4 distinct geometries from 3 item lists" in text
-    assert "| falls  | S1       |    10 |     9 | stable |" in text
-    assert "Looked at,\nline by line." in text
-    assert "- origin: test" in text
-    for picture in ("item_counts", "scores", "judges"):
-        [drawn] = (tmp_path / "page" / "figures").glob(f"{picture}.*.svg")
-        assert drawn.stat().st_size > 5_000
+def tables(found):
+    """Rows of all tables of a page."""
+    counted = [found.classes, found.splits, found.natural, found.both_labels, found.reasons]
+    return [*counted, found.firmness, found.judges, found.disputes]
 
 
-def test_an_imported_set_has_a_page(tmp_path):
+def test_the_page_shows_what_was_found(found, assert_shown):
+    [firm] = found.firmness
+    notes = "Looked at,\nline by line."
+    text = assert_shown(
+        Benchmark(),
+        replace(found, notes=notes),
+        answer=[percent(firm.robust), firm.robust.n],
+        tables=tables(found),
+        charts=["item_counts", "scores", "judges"],
+    )
+    assert notes in text
+
+
+def test_an_imported_set_has_a_page(tmp_path, assert_shown):
     """Movements, but no margins and no further judges."""
     bare = [case("A", 4, 1, margin=None, moved=None), case("B", 4, None, margin=None, split=None)]
-    found = written(tmp_path / "set", [row("A", 4, "one"), row("B", 4, "two")], bare)
-    text = write_page(Benchmark().page(summarise(found)), tmp_path / "page").read_text()
-    assert "No movements are recorded" in text
+    found = summarise(written(tmp_path / "set", [row("A", 4, "one"), row("B", 4, "two")], bare))
+    assert found.reasons == found.firmness == found.judges == []
+    assert_shown(
+        Benchmark(),
+        found,
+        answer=[found.layouts, found.instances, found.cases],
+        tables=tables(found),
+        charts=["item_counts", "scores"],
+        drawn=False,
+    )
 
 
 def test_an_unlabelled_set_has_none(tmp_path):
