@@ -1,8 +1,7 @@
-"""Engines against mechanics: the expected values, the measuring, and the page."""
+"""Engines against mechanics: the expected values, the measuring, and what is compared."""
 
 import dataclasses
 import math
-import re
 import tempfile
 from pathlib import Path
 
@@ -14,8 +13,6 @@ from steadyload.engines.world import GRAVITY, EngineError, SettingSupport, Suppo
 from steadyload.properties import mechanics
 from steadyload.properties.closed_form_tests import ClosedFormResult, closed_form_tests
 from steadyload.properties.closed_forms import NoValueError, boundary
-from steadyload.reports.pages.writing import write_page
-from steadyload.reports.table import compact
 from steadyload.runs.definition import StudyError
 from steadyload.studies.closed_form_errors import errors_by_argument, errors_by_frequency
 from steadyload.studies.closed_forms.comparing import compare
@@ -30,12 +27,6 @@ def measured(name, engine="bullet", frequency=240):
     with tempfile.TemporaryDirectory() as work:
         (result,) = results_of(Lab(Path(work), 0), [engine], (frequency,), [TESTS[name]])
     return result
-
-
-def written(results, folder):
-    """The text of the page of results."""
-    page = ClosedForms().page(compare(results, {"made": "here"}))
-    return write_page(page, folder).read_text()
 
 
 # --- what is expected ---------------------------------------------------------------------------
@@ -184,7 +175,7 @@ def test_failures_are_rows(monkeypatch):
             assert (result.found, result.error, result.note) == (None, None, note)
 
 
-def test_an_engine_with_its_own_steps_runs_once(monkeypatch, tmp_path):
+def test_an_engine_with_its_own_steps_runs_once(monkeypatch, tmp_path, assert_shown):
     base, said = world_class("mujoco"), []
 
     class OwnSteps(base):
@@ -200,12 +191,14 @@ def test_an_engine_with_its_own_steps_runs_once(monkeypatch, tmp_path):
     ]  # fmt: skip
     assert len(results) == 9
     assert said == [("measuring", done, 9) for done in range(10)]
-    text = written(results, tmp_path)
-    assert "| bullet, 240 Hz | own, own |" in text
-    assert re.search(r"\| own +\| +own \|", text)
-    alone = [r for r in results if r.engine == "own"]
-    pictures = re.findall(r"!\[.*?\]\((.*?)\)", written(alone, tmp_path / "alone"))
-    assert len(pictures) == 1, "only errors over the mass ratio need no frequency"
+    found = compare(results, {})
+    assert [list(row.errors) for row in found.overview] == [["bullet, 240 Hz", "own, own"]] * 3
+    alone = compare([r for r in results if r.engine == "own"], {})
+    assert (alone.points, alone.beaten) == ([], []), "errors over frequency need one"
+    shown = [alone.overview, *(own.runs for own in alone.series)]
+    assert_shown(
+        ClosedForms(), alone, tables=shown, charts=["sink-under-a-heavy-load"], drawn=False
+    )
 
 
 def test_an_unknown_engine_is_named(tmp_path):
@@ -223,38 +216,33 @@ def test_results_are_kept_and_measured_by_processes_alike(tmp_path, monkeypatch)
     assert results_of(Lab(tmp_path / "here", 0), ["mujoco"], (90, 240), tests) == here
 
 
-# --- what is shown ------------------------------------------------------------------------------
+# --- what is compared ---------------------------------------------------------------------------
 
 
-@pytest.mark.exact("a page of an error that is less than moved starts make")
-def test_the_page_defines_every_test_and_shows_its_errors(
-    tmp_path, assert_drawn, undrawn_text, request
-):
-    chosen = [
-        TESTS[name] for name in ("free fall", "intermediate-axis spin", "creep", "sink under 10")
-    ]
-    chosen.append(TESTS["sink under 100"])
+@pytest.mark.exact("an error that is less than moved starts make")
+def test_errors_are_compared_with_what_engines_resolve(tmp_path, assert_shown):
+    names = ("free fall", "intermediate-axis spin", "creep", "sink under 10", "sink under 100")
+    chosen = [TESTS[name] for name in names]
     results = results_of(Lab(tmp_path / "work", 0), ["bullet", "chipmunk"], (90, 240), chosen)
-    text = written(results, tmp_path)
-    for test in chosen:
-        assert f"## {test.series}\n\n{test.definition} Expected: " in text
-    assert "## Bounce" not in text
-    assert (
-        "Within 1 % of mechanics, or 1 mm or degree where errors are not relative, come bullet "
-        "(240 Hz) 3 of 5, chipmunk (240 Hz) 3 of 4 of the tests that are defined for them."
-    ) in text
-    free_fall = text.partition("## Free fall")[2].partition("\n## ")[0]
-    assert re.search(r"\| bullet +\| +90 Hz \| +-457\.333 \| +-16 \|", free_fall)
-    assert "not defined: two dimensions" in text
-    assert re.search(r"\| chipmunk .*< 1e-06", text), "an error that cannot be told from none"
-    pictures = re.findall(r"!\[.*?\]\((.*?)\)", text)
-    assert [name.partition(".")[0] for name in pictures] == [
-        "figures/closed-forms", "figures/sink-under-a-heavy-load",
-    ]  # fmt: skip
-    for name in pictures:
-        assert_drawn(tmp_path / name)
-    request.getfixturevalue("undrawn")
-    assert undrawn_text(written(results, tmp_path / "again")) == undrawn_text(text)
+    found = compare(results, {"made": "here"})
+    assert found.scores == [("bullet", "240 Hz", 3, 5), ("chipmunk", "240 Hz", 3, 4)]
+    assert [own.tests for own in found.series] == [[test] for test in chosen[:3]] + [chosen[3:]]
+    fall, spin, creep, sink = found.series
+    first = fall.runs[0]
+    assert (first.engine, first.frequency, first.error) == ("bullet", 90, "-16")
+    assert first.found == pytest.approx(-457.333, abs=1e-3)
+    assert {run.error for run in spin.runs if run.engine == "chipmunk"} == {
+        "not defined: two dimensions"
+    }
+    assert "< 1e-06" in {run.error for run in creep.runs if run.engine == "chipmunk"}
+    assert list(sink.runs[0].errors) == ["mass ratio 10", "mass ratio 100"]
+    assert_shown(
+        ClosedForms(),
+        found,
+        answer=["3 of 5", "3 of 4"],
+        tables=[found.overview, *(own.runs for own in found.series)],
+        charts=["closed-forms", "sink-under-a-heavy-load"],
+    )
 
 
 def test_points_are_the_errors_in_their_panels():
@@ -284,8 +272,3 @@ def test_points_are_the_errors_in_their_panels():
         ("240 Hz", "mujoco", 10.0, 0.5), ("240 Hz", "reference", 10.0, least),
         ("240 Hz", "mujoco", 100.0, 3.0), ("240 Hz", "reference", 100.0, 1.0),
     ]  # fmt: skip
-
-
-def test_small_numbers_are_compact():
-    found = [compact(v) for v in (0.09998, -1.47, 441.2, 1.44e-5, 0.0, -16.33)]
-    assert found == ["0.10", "-1.5", "440", "1.4e-05", "0", "-16"]
