@@ -1,4 +1,4 @@
-"""The extremes: measures against closed forms, the running of cells, the envelope, the page."""
+"""The extremes: measures against closed forms, the running of cells, envelopes, what is shown."""
 
 import dataclasses
 import json
@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from steadyload.cli import main
+from steadyload.config import ConfigError
 from steadyload.engines import registry
 from steadyload.engines.registry import engines, open_world, world_class
 from steadyload.engines.world import (
@@ -24,7 +24,6 @@ from steadyload.engines.world import (
 from steadyload.methods.envelope import Envelope, envelopes
 from steadyload.properties import mechanics
 from steadyload.properties.closed_forms import Stage
-from steadyload.reports.pages.writing import write_page
 from steadyload.runs.definition import StudyError
 from steadyload.runs.provenance import provenance
 from steadyload.studies.extremes import measuring as extreme_runs
@@ -49,6 +48,7 @@ from steadyload.studies.extremes.sweeps import (
     sweep_names,
     sweeps,
 )
+from steadyload.studies.kit import Lab
 
 PUBLISHED = Path(__file__).resolve().parents[2] / "reports" / "published" / "extremes"
 
@@ -136,6 +136,13 @@ def test_a_box_slides_to_a_stop(engine):
 @pytest.mark.parametrize(("sweep", "value"), [("tipping", 10), ("overhang", 2)])
 def test_every_engine_meets_the_closed_forms_at_a_fine_step(engine, sweep, value):
     assert measure_cell(sweep, engine, 480, value).outcome.good
+
+
+@pytest.mark.parametrize("sweep", sweep_names())
+def test_an_easy_value_of_every_sweep_is_held(sweep):
+    own = sweeps()[sweep]
+    cell = measure_cell(sweep, "mujoco", 480, own.shown or own.values[len(own.values) // 3])
+    assert cell.outcome.good
 
 
 def test_a_cube_bounces_to_the_square_of_the_restitution():
@@ -261,17 +268,6 @@ def test_a_second_run_measures_only_what_is_missing(tmp_path, monkeypatch):
     assert len(measured) == len(first), "a raised version asks anew"
 
 
-@pytest.mark.deep("cells measured twice: 4 s")
-def test_processes_give_the_cells_of_one(tmp_path):
-    asked = {"only_engines": ["bullet"], "only_sweeps": ["sliding"], "frequencies": [60]}
-
-    def said(folder, workers):
-        cells = run_extremes(tmp_path / folder, **asked, workers=workers)
-        return [(c.value, c.outcome, c.numbers["found"]) for c in cells]
-
-    assert said("one", 1) == said("two", 2)
-
-
 @pytest.fixture
 def hanging(tmp_path, monkeypatch):
     """An engine of another distribution whose steps hang, and hold Python's lock."""
@@ -391,103 +387,111 @@ def test_the_file_is_read_back_and_keeps_other_engines(tmp_path):
     assert read["mujoco"]["rows"][0]["rests"]["tower_height"] == 2
 
 
-# --- the page -----------------------------------------------------------------------------------
+# --- what is shown ------------------------------------------------------------------------------
+
+
+NUMBERS = {"moved": 0.5, "found": 1.02, "expected": 1.0, "cpu": 3.0}
+
+
+def outcome(sweep, frequency, value):
+    """Nothing moves at 240 Hz; at 60 Hz the highest towers fall."""
+    if frequency == 240:
+        return Outcome.CLOSE
+    return Outcome.FAILED if (sweep, frequency, value) == ("tower", 60, 100) else Outcome.HELD
 
 
 @pytest.fixture(scope="module")
-def measured(tmp_path_factory):
-    """All sweeps of two engines at one frequency, and of the reference those that are cheap."""
-    folder = tmp_path_factory.mktemp("extremes")
-    cells = run_extremes(folder, only_engines=["bullet", "chipmunk"], frequencies=[15, 60])
-    few = ["plate-on-edge", "bounce", "tipping"]
-    cells += run_extremes(folder, only_engines=["reference"], only_sweeps=few)
-    return sorted(cells, key=lambda c: sweep_names().index(c.sweep))
+def cells():
+    """All sweeps of an engine at two frequencies, and of one that chooses its steps; made up."""
+    return [
+        ExtremeCell(name, *run, value, outcome(name, run[1], value), NUMBERS)
+        for name, sweep in sweeps().items()
+        for run in (("bullet", 60), ("bullet", 240), ("reference", None))
+        for value in sweep.values
+    ]
 
 
-def test_the_page_leads_with_what_to_use(measured, tmp_path, assert_drawn):
-    found = summarise(measured, 30.0, provenance())
-    text = write_page(Extremes().page(found), tmp_path).read_text()
-    headings = re.findall(r"^## (.*)$", text, flags=re.MULTILINE)
-    holds = {r.engine: r for r in found.from_here_on}
-    assert (
-        f"\n\nAt 240 substeps a second and more, towers of up to {holds['bullet'].tower_height} "
-        f"(bullet), {holds['chipmunk'].tower_height} (chipmunk)"
-    ) in text
-    assert headings[:4] == ["What to use", "What it shows", "The envelope", "Tower"]
-    assert headings[-1] == "Made with"
-    row = next(r for r in found.from_here_on if (r.engine, r.frequency) == ("bullet", 60))
-    line = next(x for x in text.splitlines() if re.match(r"\| bullet +\| +60 Hz", x))
-    assert [part.strip() for part in line.split("|")[3:6]] == [
-        f"{row.tower_height}", f"{row.heavy_on_light:,.0f}", f"{row.light_on_heavy:,.0f}",
+@pytest.fixture(scope="module")
+def found(cells):
+    return summarise(cells, 30.0, provenance())
+
+
+def test_the_page_shows_what_was_found(found, assert_shown):
+    sweeps_shown = [one.largest for one in found.resting if one.sweep.name != "plate-on-edge"]
+    sweeps_shown += [one.values for one in found.formulas]
+    errors = [f"{one.sweep.name}-error" for one in found.formulas]
+    assert_shown(
+        Extremes(),
+        found,
+        answer=[240, "100 (bullet)", "1,000,000 (bullet)"],
+        tables=[found.from_here_on, found.at_rest, found.envelope, *sweeps_shown],
+        charts=[*sweep_names(), "closed-forms", *errors],
+        drawn=False,
+    )
+
+
+def test_what_was_held_is_counted_at_each_frequency_and_above(found, cells):
+    assert {row.frequency: row.tower_height for row in found.envelope} == {
+        60: 85,
+        240: 100,
+        None: 100,
+    }
+    assert {row.frequency: row.tower_height for row in found.rests} == {60: 0, 240: 100, None: 0}
+    assert [row.frequency for row in found.from_here_on] == [60, 240, None]
+    assert [row.frequency for row in found.at_rest] == [240]
+    assert [(row.engine, row.frequency) for row in found.usually] == [
+        ("bullet", 240), ("reference", None),
     ]  # fmt: skip
-    assert f"has {row.tower_height} (bullet)" in text
-    assert f"{len(measured)} cells:" in text
-    pictures = re.findall(r"!\[.*?\]\((.*?)\)", text)
-    assert set(sweep_names()) < {Path(name).name.partition(".")[0] for name in pictures}
-    for name in pictures:
-        assert_drawn(tmp_path / name)
+    third = len(cells) // 3
+    assert list(found.counted.values()) == [third, 2 * third - 1, 1, 0, 0]
+    assert (found.fit["bullet"].frequency, found.blind, found.silent) == (60, [], {})
 
 
-def page_of(cells, folder):
-    """The text of the page of some cells."""
-    page = Extremes().page(summarise(cells, 30.0, provenance()))
-    return write_page(page, folder).read_text()
+def test_values_are_shown_with_those_of_the_closed_form(found):
+    sliding, tower = found.formulas[0], found.resting[0]
+    assert [(own.engine, {*own.found.values()}) for own in sliding.values] == [
+        ("closed form", {1.0}), ("bullet", {1.02}), ("bullet", {1.02}), ("reference", {1.02}),
+    ]  # fmt: skip
+    assert {round(point.size, 9) for point in sliding.points} == {2.0}
+    assert [(own.frequency, own.value) for own in tower.largest] == [
+        (60, 85), (240, 100), (None, 100),
+    ]  # fmt: skip
 
 
-def test_the_same_cells_give_the_same_page(measured, tmp_path, undrawn):
-    assert page_of(measured, tmp_path / "one") == page_of(measured, tmp_path / "two")
-
-
-def test_a_page_says_who_ran_out_of_time(measured, tmp_path, undrawn):
+def test_who_ran_out_of_time_is_named(cells):
     late = [
         dataclasses.replace(c, outcome=Outcome.NO_VERDICT)
-        if (c.sweep, c.engine, c.value) == ("items", "bullet", 200) and c.frequency == 60
+        if (c.sweep, c.engine, c.value, c.frequency) == ("items", "bullet", 200, 60)
         else c
-        for c in measured
+        for c in cells
     ]
-    text = page_of(late, tmp_path)
-    assert "1 without a verdict" in text
-    assert "larger values may hold: bullet, number of items (60 Hz)." in text
+    found = summarise(late, 30.0, provenance())
+    assert found.counted["without a verdict"] == 1
+    assert found.silent == {"bullet, number of items": ["60 Hz"]}
 
 
-def test_a_page_of_a_part_is_a_page(measured, tmp_path, undrawn):
-    part = [c for c in measured if c.sweep in ("tower", "bounce")]
-    text = page_of(part, tmp_path)
-    assert "## What to use" not in text
-    assert "## Tower" in text
+def test_a_part_has_no_envelope_and_is_shown(cells, assert_shown):
+    found = summarise([c for c in cells if c.sweep in ("tower", "bounce")], 30.0, provenance())
+    assert (found.envelope, found.usually) == ((), [])
+    (tower,), (bounce,) = found.resting, found.formulas
+    charts = ["tower", "bounce", "bounce-error", "closed-forms"]
+    assert_shown(Extremes(), found, tables=[tower.largest, bounce.values], charts=charts)
 
 
-# --- the command --------------------------------------------------------------------------------
+def test_the_study_measures_what_is_chosen(tmp_path):
+    asked = Extremes(engines=("bullet",), sweeps=("plate-on-edge",), frequencies=(60,), timeout=9.0)
+    found = asked.run(Lab(tmp_path, 0))
+    (swept,) = found.swept
+    assert {(c.sweep, c.engine, c.frequency) for c in swept.cells} == {
+        ("plate-on-edge", "bullet", 60)
+    }
+    assert json.loads((tmp_path / "manifest.json").read_text())["timeout"] == found.timeout == 9.0
+    with pytest.raises(ConfigError, match="leave these out"):
+        Extremes(sweeps=("tower",), write_envelope=True)
 
 
-def test_the_command_measures_and_writes_the_page(
-    tmp_path, capsys, monkeypatch, in_this_process, undrawn
-):
-    monkeypatch.chdir(tmp_path)
-    asked = ("extremes", "--engine", "bullet", "--sweep", "plate-on-edge", "--frequency", "60")
-    assert main((*asked, "-o", "page")) == 0
-    assert capsys.readouterr().out.strip() == "page/report.md"
-    assert (tmp_path / "runs" / "extremes" / "manifest.json").exists()
-    assert "past the edge" in (tmp_path / "page" / "report.md").read_text()
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (("--engine", "bulet"), "did you mean 'bullet'"),
-        (("--sweep", "towers"), "did you mean 'tower'"),
-        (("--sweep", "tower", "--write-envelope"), "leave these out"),
-    ],
-)
-def test_wrong_names_are_one_sentence(tmp_path, capsys, monkeypatch, arguments, message):
-    monkeypatch.chdir(tmp_path)
-    assert main(("study", "extremes", *arguments)) == 2
-    assert message in capsys.readouterr().err
-    assert not list(tmp_path.iterdir())
-
-
-def test_envelopes_are_written_where_they_are_asked_for(measured, tmp_path, monkeypatch):
-    path, found = tmp_path / "envelopes.json", summarise(measured, 30.0, provenance())
+def test_envelopes_are_written_where_they_are_asked_for(found, tmp_path, monkeypatch):
+    path = tmp_path / "envelopes.json"
     monkeypatch.setattr("steadyload.studies.extremes.envelopes.envelope_file", lambda: path)
     Extremes().beside(found, tmp_path)
     assert not path.exists()
@@ -496,7 +500,7 @@ def test_envelopes_are_written_where_they_are_asked_for(measured, tmp_path, monk
     asked.beside(found, tmp_path)
     written = json.loads(path.read_text())
     assert {name: len(entry["rows"]) for name, entry in written.items()} == {
-        "bullet": 2, "chipmunk": 2,
+        "bullet": 2, "reference": 1,
     }  # fmt: skip
     assert list(asked.remarks(found)) == [f"envelopes: {path}"]
 
@@ -508,10 +512,9 @@ def test_envelopes_are_written_where_they_are_asked_for(measured, tmp_path, monk
 def test_the_committed_envelope_is_the_published_one():
     text = (PUBLISHED / "report.md").read_text()
     [beside] = PUBLISHED.glob("report-details*.md")
-    details = beside.read_text()
-    table = details.partition("## The envelope")[2].partition("\n## ")[0]
-    lines = [line for line in table.splitlines() if line.startswith("|")][2:]
-    published = {tuple(c.strip() for c in line.strip("|").split("|")) for line in lines}
+    rows = re.findall(r"^\| (.*) \|$", beside.read_text(), flags=re.MULTILINE)
+    cells = [tuple(cell.strip() for cell in row.split("|")) for row in rows]
+    published = {row for row in cells if len(row) == 8 and row[-1] in ("yes", "no")}
     committed = set()
     for engine, rows in envelopes().items():
         for frequency, held in rows:
