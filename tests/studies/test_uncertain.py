@@ -1,4 +1,4 @@
-"""``score --uncertain`` and the page of uncertain verdicts."""
+"""``score --uncertain`` and the study of uncertain verdicts."""
 
 import json
 import math
@@ -11,8 +11,9 @@ from steadyload.cli import main
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.methods.registry import make_method
-from steadyload.reports.pages.writing import write_page
+from steadyload.reports.table import percent
 from steadyload.runs.verdict_reliability import Sampling
+from steadyload.studies.kit import Lab
 from steadyload.studies.uncertain.cases import Question, Unit, sample_unit
 from steadyload.studies.uncertain.comparing import summarise
 from steadyload.studies.uncertain.sampling import Sampled, UncertainOptions, run_uncertain
@@ -121,7 +122,23 @@ def asked(**changes):
     return UncertainOptions(methods=("sme", "ps3@chipmunk"), random=64, **few | changes)
 
 
-def test_a_run_goes_on_and_its_page_has_the_accuracy_of_the_plans(tmp_path, benchmark):
+def assert_all_shown(assert_shown, found, *, drawn=False):
+    first = found.first
+    check = [found.check.rows] if found.check else []
+    assert_shown(
+        Uncertain(),
+        found,
+        answer=[percent(first.changed), percent(first.unsure), first.plan.n],
+        tables=[
+            *([found.rows] * 3),
+            *(found.alone, found.calibrated, found.abstaining, found.bins, *check),
+        ],
+        charts=["reliability", "risk"],
+        drawn=drawn,
+    )
+
+
+def test_a_run_goes_on_and_has_the_accuracy_of_the_plans(tmp_path, benchmark, assert_shown):
     seen = []
     sampled = run_uncertain(asked(), tmp_path, progress=lambda *counts: seen.append(counts))
     # Twelve cases by the rule, three by the engine, for what matters, and to find unsure ones.
@@ -142,11 +159,7 @@ def test_a_run_goes_on_and_its_page_has_the_accuracy_of_the_plans(tmp_path, benc
         right += verdict.failing_step == label
     assert row.plan.value == pytest.approx(right / 12)
     assert record.silent == ["PS_3 @ chipmunk"]  # refuses what is not planar
-    text = write_page(Uncertain().page(record), tmp_path / "page").read_text()
-    assert "SME" in text
-    assert "PS_3 @ chipmunk has no verdict on any of its cases" in text
-    [reliability] = (tmp_path / "page" / "figures").glob("reliability.*.svg")
-    assert reliability.stat().st_size > 10_000
+    assert_all_shown(assert_shown, record, drawn=True)
 
 
 def case(row, nominal, safe, **changes):
@@ -158,7 +171,7 @@ def case(row, nominal, safe, **changes):
     } | changes  # fmt: skip
 
 
-def test_a_pages_numbers_follow_from_its_samples(benchmark):
+def test_numbers_follow_from_samples(benchmark, assert_shown):
     chosen = benchmark.select("test", scenarios=("S1",), limit=8)
     whole, other, *_ = chosen[chosen["failing_step"].isna()].itertuples()
     falls, *_ = chosen[chosen["failing_step"].notna()].itertuples()
@@ -192,18 +205,14 @@ def test_a_pages_numbers_follow_from_its_samples(benchmark):
     assert [each.inside for each in found.check.rows] == [True, False]
     spread = (0.25 / 64 + 0.1875 / 64) / 2
     assert found.check.gain.value == pytest.approx(spread / 0.001)
-    assert "within the interval of 1" in page_text(found)
+    assert found.check.count_inside == 1
+    assert found.check.farthest == pytest.approx(15.0)
+    assert_all_shown(assert_shown, found)
 
 
-def page_text(found):
-    page = Uncertain().page(found)
-    return "\n".join([page.summary, *(str(block) for s in page.sections for block in s.blocks)])
-
-
-def test_the_command_writes_the_page(tmp_path, capsys, in_this_process, undrawn):
-    few = ("-m", "sme", "--cases", "1", "--engine-cases", "1", "--checked", "0")
-    where = ("--work", str(tmp_path / "work"), "-o", str(tmp_path / "page"))
-    assert main(["study", "uncertain", *few, *where, "--uncertain", "com=1cm"]) == 0
-    assert capsys.readouterr().out.strip() == str(tmp_path / "page" / "report.md")
-    assert "`com=1`" in (tmp_path / "page" / "report.md").read_text()
-    assert main(["study", "uncertain", *few, *where, "--uncertain", "nothing=1cm"]) == 2
+def test_the_study_samples_what_is_chosen(tmp_path):
+    few = {"methods": ("sme",), "cases": 1, "engine_cases": 1, "checked": 0}
+    found = Uncertain(uncertain="com=1cm", **few).run(Lab(tmp_path, 0))
+    assert (found.uncertainty, found.check) == ("com=1", None)
+    assert [(own.method.spec, own.plan.n) for own in found.rows] == [("sme", 3)]
+    assert {own.changed.n for own in found.alone} == {3}
