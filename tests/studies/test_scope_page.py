@@ -1,4 +1,4 @@
-"""The study of scopes: what its page counts is what is counted by hand."""
+"""The study of scopes: what it counts is what is counted by hand."""
 
 import dataclasses
 import math
@@ -14,7 +14,7 @@ from steadyload.layouts.benchmark.dataset import KEYS, Benchmark, row_of
 from steadyload.layouts.benchmark.tables import CASES, OPINIONS, UNLABELLED, write_tables
 from steadyload.layouts.model.question import Question
 from steadyload.methods.registry import make_method
-from steadyload.reports.pages.writing import write_page
+from steadyload.reports.table import compact
 from steadyload.runs.results import load_results
 from steadyload.studies.kit import Lab
 from steadyload.studies.scope.balanced_steps import (
@@ -258,21 +258,34 @@ def test_a_second_run_judges_nothing_and_says_the_same(result):
     assert again == first
 
 
-def test_the_page_answers_at_once(result, tmp_path):
-    asked, _, found = result
-    text = write_page(asked.page(found), tmp_path).read_text()
-    first = text.split("\n\n")[1]
-    assert "is `scope=moving` for `question=within` (100.0 % at 0." in first
-    assert "None of 8 steps that balance with 0.1 mm to spare" in first
-    assert list((tmp_path / "figures").glob("changed_verdicts.*.svg"))
-    front = text.partition("## Steps that balance")[0]
-    for line in front.splitlines():
-        assert line.count("|") <= 7
+def tables(found):
+    """Rows of all tables of a page."""
+    steps = [found.steps.first, found.steps.later, found.steps.exceptions]
+    return steps + [
+        rows for own in found.tables.values() for rows in (own.rows, own.rows, own.options)
+    ]
 
 
-def test_the_page_names_steps_that_move_and_an_option_that_keeps_most(result):
+def test_the_page_shows_what_was_found(result, assert_shown):
     asked, _, found = result
-    tables = {
+    cheapest = [own.cheapest for own in found.tables.values()]
+    assert [own.title for own in cheapest] == ["`scope=moving`"] * 2
+    assert_shown(
+        asked,
+        found,
+        answer=[
+            *(compact(own.cpu_total.value) for own in cheapest),
+            "100.0",
+            found.steps.known.steps,
+        ],
+        tables=tables(found),
+        charts=["changed_verdicts"],
+    )
+
+
+def test_a_page_shows_steps_that_move_and_an_option_that_keeps_most(result, assert_shown):
+    asked, _, found = result
+    questions = {
         question: dataclasses.replace(
             own,
             whole=dataclasses.replace(own.whole, changes=Changes(0, 0, 2)),
@@ -285,13 +298,10 @@ def test_the_page_names_steps_that_move_and_an_option_that_keeps_most(result):
     }
     moved = MovedStep("a|b", "S1", 3, 0.5, 2, 0.75, 0.5)
     steps = dataclasses.replace(found.steps, exceptions=[moved])
-    page = asked.page(dataclasses.replace(found, tables=tables, steps=steps))
-    assert "none for `question=within`, where `scope=moving` keeps most (50.0 % at" in page.summary
-    assert page.summary.count(", and 2 without a verdict on the whole pile)") == 2
-    (section,) = (s for s in page.sections if s.title == "Steps that balance need no simulation")
-    assert [table.rows for table in section.blocks[1:]] == [
-        found.steps.first, found.steps.later, [moved]
-    ]  # fmt: skip
+    found = dataclasses.replace(found, tables=questions, steps=steps)
+    assert [own.cheapest for own in questions.values()] == [None, None]
+    shown = {"tables": tables(found), "charts": ["changed_verdicts"]}
+    assert_shown(asked, found, answer=["50.0", 2], drawn=False, **shown)
 
 
 def test_options_are_sorted_by_question_after_the_whole_pile():
