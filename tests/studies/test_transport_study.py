@@ -1,4 +1,4 @@
-"""The study of transport: limits are kept, distances are those of a hand count, the page tells."""
+"""The study of transport: limits are kept, distances are those of a count by hand."""
 
 import numpy as np
 import pandas as pd
@@ -10,8 +10,9 @@ from steadyload.layouts.benchmark import REAL
 from steadyload.layouts.benchmark.dataset import LISTS
 from steadyload.layouts.model.layout import Item, Layout, Pallet
 from steadyload.layouts.model.question import Question
-from steadyload.reports.pages.writing import write_page
+from steadyload.reports.table import decimal, percent
 from steadyload.runs.definition import StudyError
+from steadyload.studies.transport import limits_of_loads as module
 from steadyload.studies.transport.comparing import Loads, compare
 from steadyload.studies.transport.limits_of_loads import (
     REFERENCE,
@@ -74,7 +75,9 @@ def test_loads_of_real_size_are_asked_of_engines_that_no_cheaper_one_beats():
         assert beaten is (name not in found)
 
 
-def test_limits_are_kept_and_an_unknown_engine_is_refused(tmp_path):
+def test_limits_are_kept_and_an_unknown_engine_is_refused(tmp_path, monkeypatch):
+    known = module.fixed_step_engines
+    monkeypatch.setattr(module, "fixed_step_engines", lambda names=("mujoco",): known(names))
     asked = {"loads": 1, "small": 1, "referenced": 0, "directions": 1, "work": tmp_path}
     with pytest.raises(StudyError, match="did you mean 'mujoco'"):
         limits_of_loads(engines=["mujocco"], **asked)
@@ -117,8 +120,12 @@ def made_up():
     return LoadLimits(loads, pd.DataFrame(rows))
 
 
-def test_distances_are_those_of_a_count_by_hand():
-    found = compare(made_up(), {})
+@pytest.fixture(scope="module")
+def found():
+    return compare(made_up(), {"source": "here"})
+
+
+def test_distances_are_those_of_a_count_by_hand(found):
     assert found.small_loads == found.real_loads == Loads(2, 1, 2, 1, 1)
     exact, whole, engine = found.small
     assert [exact.method.spec, whole.method.spec] == [EXACT, WHOLE]
@@ -146,16 +153,20 @@ def test_distances_are_those_of_a_count_by_hand():
     assert [one.weakest for one in found.drawn] == pytest.approx([0.30])
 
 
-def test_the_page_begins_with_the_answer(tmp_path):
-    found = compare(made_up(), {"source": "here"})
-    text = write_page(Transport().page(found), tmp_path).read_text()
-    first = text.split("\n\n")[1]
-    assert "hold 0.300 [0.300, 0.300] g in their weakest direction" in first
-    assert "g too high, and 100.0" in first
-    assert "On 1 loads of real size with few boxes the limit by equilibrium minus" in first
-    assert "that lean on a neighbour** (1 loads)" in text
-    assert "no wrap, no strap, no anti-slip mat" in text
-    assert "7 label@mujoco" in text
-    assert {p.name.partition(".")[0] for p in (tmp_path / "figures").iterdir()} == {
-        "around", "differences", "weakest"
-    }  # fmt: skip
+def test_the_page_shows_what_was_found(found, assert_shown):
+    exact, whole, engine = found.small
+    assert found.beside_small == (exact, whole)
+    assert found.nearest == engine
+    weakest = found.weakest
+    assert_shown(
+        Transport(),
+        found,
+        answer=[
+            *(decimal(weakest.weakest, 3), percent(weakest.share[0.3])),
+            *(decimal(exact.difference, 3), exact.difference.n),
+            *(percent(exact.above), percent(whole.above), decimal(engine.apart, 3)),
+            decimal(found.beside_real[0].difference, 3),
+        ],
+        tables=[*found.distances.values(), found.holding, found.frictions, found.engines],
+        charts=["around", "differences", "weakest"],
+    )
