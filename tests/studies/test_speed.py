@@ -4,18 +4,16 @@ import pytest
 
 from steadyload.engines.registry import engines_here, world_class
 from steadyload.layouts.packing.packing import random_layouts
+from steadyload.methods.registry import make_method
 from steadyload.methods.simulation.scene import planar_scene
-from steadyload.reports.pages.writing import write_page
-from steadyload.studies.engines import speed
-from steadyload.studies.engines.agreeing import Drawn, engine_agreement, option_effects
-from steadyload.studies.engines.showing import Found
+from steadyload.studies.engines import agreeing, speed
+from steadyload.studies.engines.agreeing import OPTIONS, Drawn, engine_agreement, option_effects
 from steadyload.studies.engines.speed import (
     ITEM_COUNTS,
     brick_wall,
     random_pile,
     speed_curves,
 )
-from steadyload.studies.engines.study import EngineStudy
 from steadyload.studies.kit import Lab
 
 
@@ -29,7 +27,7 @@ def test_scenes_hold_as_many_items_as_asked():
 def test_curves_cover_every_engine_and_add_up(tmp_path, monkeypatch):
     """One wall is too large for 3-D engines, as one of 25 bricks is in the published curves."""
     monkeypatch.setattr(speed, "_LARGEST_SPATIAL_WALL", 10)
-    monkeypatch.setattr(speed, "_REPEATS", 3)
+    monkeypatch.setattr(speed, "_REPEATS", 1)
     curves = speed_curves(Lab(tmp_path), (4, 10, 11))
     assert {(c.engine, c.scene): len(c.points) for c in curves} == {
         (engine, scene): 2 if scene == "wall" and spatial else 3
@@ -42,14 +40,9 @@ def test_curves_cover_every_engine_and_add_up(tmp_path, monkeypatch):
     for curve in curves:
         assert curve.exponent is not None or len(curve.points) < 3
         for point in curve.points:
-            # Each run's phases lie within its total, and so do their medians.
             assert 0.0 < point.step <= point.total
             assert max(point.build, point.read) <= point.total
             assert (point.floor is None) == (curve.scope == "local")
-    page = EngineStudy().page(Found(None, [], curves, [], [], None, {}))
-    text = write_page(page, tmp_path).read_text()
-    assert "J^" not in text  # the exponents stand in the figure
-    assert list((tmp_path / "figures").glob("growth.*.svg"))
 
 
 def test_the_floor_is_the_time_of_steps_alone(engine, told_time):
@@ -67,7 +60,7 @@ def test_a_curve_that_was_measured_is_not_measured_again(tmp_path, monkeypatch):
     assert [curve.points for curve in speed_curves(Lab(tmp_path), (4, 10))] == points
 
 
-def test_agreement_and_options_are_counted_on_the_same_layouts(tmp_path):
+def test_agreement_and_options_are_counted_on_the_same_layouts(tmp_path, monkeypatch):
     drawn, lab = Drawn(4, seed=1, most_items=5), Lab(tmp_path, 0)
     found = engine_agreement(lab, drawn, (60, 90))
     assert all(list(pair.same) == [60, 90] for pair in found.pairs)
@@ -75,9 +68,18 @@ def test_agreement_and_options_are_counted_on_the_same_layouts(tmp_path):
     assert {(point.engine, point.other) for point in found.points} == {
         both for pair in found.pairs for both in (pair.engines, pair.engines[::-1])
     }
+    few = {title: OPTIONS[title] for title in ("10 solver iterations", "carry instead of reseat")}
+    monkeypatch.setattr(agreeing, "OPTIONS", few)
     effects = {effect.option: effect for effect in option_effects(lab, drawn)}
     assert "dart" not in effects["10 solver iterations"].changed  # DART ignores it
+    assert "dart" in effects["carry instead of reseat"].changed
     assert all(ratio > 0 for effect in effects.values() for ratio in effect.ratio.values())
+
+
+@pytest.mark.parametrize("title", OPTIONS)
+def test_methods_with_an_option_and_without_are_two(title):
+    without, given = agreeing._without_and_with("mujoco", *OPTIONS[title])
+    assert make_method(without).spec != make_method(given).spec
 
 
 def test_generated_layouts_start_alike_and_differ():

@@ -1,0 +1,92 @@
+"""What the page of engines shows of each part, and which sources of differences lead it."""
+
+import pytest
+
+from steadyload.layouts.model.question import Question
+from steadyload.reports.table import percent
+from steadyload.statistics.estimate import Estimate
+from steadyload.statistics.variance import SourceShare
+from steadyload.studies.engines.agreeing import Agreement, OptionEffect, Pair, Untuned
+from steadyload.studies.engines.showing import Found
+from steadyload.studies.engines.sources import ANSWERS, Design, SourceTable
+from steadyload.studies.engines.speed import Gain, SpeedCurve, SpeedPoint, Throughput
+from steadyload.studies.engines.study import EngineStudy
+
+BOTH = (Question.WITHIN, Question.STANDS)
+PLACED, STABLE = ANSWERS
+
+
+def about(value):
+    return Estimate(value, value - 0.01, value + 0.01, 50)
+
+
+def made_up(parameters, shares, questions=(Question.WITHIN,), answer=PLACED):
+    factors = [("engine",), ("parameters",), ("engine", "parameters")]
+    found = [SourceShare(f, *3 * [about(v)]) for f, v in zip(factors, shares, strict=True)]
+    return SourceTable(
+        Design("lists", parameters, questions), answer, 299, 50, 1, 0.5, tuple(found)
+    )
+
+
+FOUR = made_up(("ps3-literal", "ps_opt"), (0.147, 0.555, 0.298))
+TWO = made_up(("ps_opt", "label"), (0.530, 0.083, 0.387))
+LIKE_TWO = made_up(("ps_opt",), (0.6, 0.1, 0.3))
+ASKED_BOTH = made_up(("ps_opt",), (0.25, 0.61, 0.14), BOTH)
+
+
+def found(**parts):
+    empty = dict.fromkeys(("options", "curves", "rates", "tables"), ())
+    return Found(**{"agreement": None, "made_with": {}} | empty | parts)
+
+
+@pytest.mark.parametrize(
+    ("tables", "leading", "depends"),
+    [
+        ([FOUR, TWO, ASKED_BOTH], [FOUR, TWO], True),
+        ([FOUR], [FOUR], False),
+        ([TWO, LIKE_TWO], [TWO, LIKE_TWO], False),
+        ([ASKED_BOTH, ASKED_BOTH], [ASKED_BOTH], False),
+        ([made_up(("label",), (0.1, 0.6, 0.3), answer=STABLE), TWO], [TWO], False),
+    ],
+)
+def test_designs_of_one_question_lead(tables, leading, depends):
+    page = found(tables=tables)
+    assert page.leading == leading
+    assert page.depends is depends
+    assert [share.factors for share in TWO.single] == [("engine",), ("parameters",)]
+    assert [share.factors for share in FOUR.single] == [("parameters",), ("engine",)]
+
+
+def test_the_page_shows_every_part(assert_shown):
+    engines = ("bullet", "mujoco", "dart")
+    shares = {60: about(0.8), 240: about(0.9)}
+    agreement = Agreement(
+        [Pair(engines[:2], shares), Pair(engines[1:], shares | {240: about(0.7)})],
+        [Untuned(name, shares, {60: about(1.5), 240: about(5.0)}) for name in engines],
+    )
+    assert (agreement.finest, agreement.alike) == (240, [about(0.7), about(0.9)])
+    points = (
+        SpeedPoint(10, 2.0, 0.5, 1.0, 0.2, 0.8, 0.1, 3),
+        SpeedPoint(20, 5, 1, 3, 1, None, None, 3),
+    )
+    everything = found(
+        agreement=agreement,
+        options=[OptionEffect("local scope", {"bullet": about(0.1)}, {"bullet": 0.5})],
+        curves=[SpeedCurve("bullet", "pile", "all", points, 1.2)],
+        rates=[Gain(Throughput("bullet", 60, 10.0, 18.0), 1.8)],
+        tables=[FOUR, TWO, ASKED_BOTH],
+    )
+    assert [cost.own for cost in everything.costs] == [pytest.approx(110.0), None]
+    assert [cost.share for cost in everything.costs] == pytest.approx([50.0, 60.0])
+    whole = [share.whole for table in (FOUR, TWO) for share in table.shares]
+    assert_shown(
+        EngineStudy(),
+        everything,
+        answer=[*map(percent, whole), percent(about(0.7)), percent(about(0.9)), 240, 50],
+        tables=[
+            *(table.rows for table in everything.tables),
+            *(agreement.pairs, agreement.engines, agreement.engines),
+            *(everything.options, everything.options, everything.costs, everything.rates),
+        ],
+        charts=["sources", "convergence", "growth"],
+    )
