@@ -1,13 +1,13 @@
-"""Heuristics that ask before they take a place, and the page of what that gains and costs."""
+"""Heuristics that ask before they take a place, and what that gains and costs."""
 
 import pytest
 
-from steadyload.cli import main
 from steadyload.layouts.packing.heuristics import HEURISTICS, pack_bins
 from steadyload.layouts.packing.packing import ITEM_CLASSES, SPACE_RULES, make_instance, pack
 from steadyload.methods import make_method
 from steadyload.methods.contract import stopwatch
-from steadyload.reports.pages.writing import write_page
+from steadyload.reports.table import milliseconds, percent
+from steadyload.studies.kit import Lab
 from steadyload.studies.session import placing
 from steadyload.studies.session.packing_gains import PACKED_BY, packing_gains
 from steadyload.studies.session.placing import SCENES, session_curves
@@ -80,24 +80,47 @@ def test_bins_that_are_packed_stably_can_be_loaded(spec):
     assert not all(verdict.stable for verdict in method.judge_many(plain.layouts))
 
 
-def test_the_page_tells_gain_and_cost(tmp_path):
+@pytest.fixture(scope="module")
+def gains(tmp_path_factory):
+    work = tmp_path_factory.mktemp("gains")
     asked = {"judge": "equilibrium", "instances": 1, "heuristics": PACKED_BY[:2]}
-    (first, *_) = tasks = packing_gains(tmp_path / "work", ["fbs"], **asked)
-    assert packing_gains(tmp_path / "work", ["fbs"], **asked) == tasks
-    assert len(tasks) == len(ITEM_CLASSES)
-    nobody, strict = first.gains
+    tasks = packing_gains(work, ["fbs"], **asked)
+    assert packing_gains(work, ["fbs"], **asked) == tasks
+    return tasks
+
+
+@pytest.fixture(scope="module")
+def curves(tmp_path_factory):
+    work, specs = tmp_path_factory.mktemp("costs"), ["pbs0.7", "equilibrium"]
+    found = session_curves(work, specs, count=40)
+    assert session_curves(work, specs, count=40) == found
+    return found[0]
+
+
+def test_a_method_that_rejects_gains_stable_bins(gains):
+    assert len(gains) == len(ITEM_CLASSES)
+    nobody, strict = gains[0].nobody, gains[0].best
+    assert gains[0].gains == (nobody, strict)
     assert (nobody.method, nobody.rejected, strict.method.spec) == (None, None, "fbs")
     assert strict.stable.value == 1.0  # full support is balance
     assert nobody.stable.value < 1.0
-    specs = ["pbs0.7", "equilibrium"]
-    curves, made_with = session_curves(tmp_path / "work", specs, count=40)
-    assert session_curves(tmp_path / "work", specs, count=40) == (curves, made_with)
+
+
+def test_costs_are_measured_in_every_scene(curves):
     assert [curve.scene for curve in curves] == [scene.name for scene in SCENES for _ in range(2)]
     assert [[p.items for p in curve.points] for curve in curves] == [[20, 40]] * 6
     assert all(min(p.placement, p.whole) > 0.0 for curve in curves for p in curve.points)
-    text = write_page(Session().page(Found(curves, tasks, {})), tmp_path).read_text()
-    assert "| nobody" in text
-    assert list((tmp_path / "figures").glob("placements.*.svg"))
+
+
+def test_the_page_shows_what_was_found(gains, curves, assert_shown):
+    nobody, best = gains[0].nobody, gains[0].best
+    assert_shown(
+        Session(),
+        Found(curves, gains, {}),
+        answer=[percent(best.stable), percent(nobody.stable), milliseconds(best.cpu)],
+        tables=[curves, *(task.gains for task in gains)],
+        charts=["placements"],
+    )
 
 
 def test_a_placement_costs_its_own_box_and_substeps(told_time, tmp_path):
@@ -112,13 +135,9 @@ def test_a_placement_costs_its_own_box_and_substeps(told_time, tmp_path):
         ]
 
 
-def test_the_command_packs_and_measures_what_is_asked_for(tmp_path, capsys):
-    arguments = ["--part", "gain", "-m", "sme", "--judge", "equilibrium", "--lists", "1"]
-    arguments += ["--work", str(tmp_path / "work")]
-    assert main(["study", "session", *arguments, "-o", str(tmp_path)]) == 0
-    page = capsys.readouterr().out.strip()
-    assert page == str(tmp_path / "report.md")
-    text = (tmp_path / "report.md").read_text()
-    assert text.count("| SME") == 3
-    assert "What a placement costs" not in text
-    assert main(["study", "session", "-m", "nonsense", "--work", str(tmp_path)]) == 2
+def test_the_study_packs_and_measures_what_is_chosen(tmp_path):
+    asked = {"parts": ("gain",), "methods": ("sme",), "judge": "equilibrium", "lists": 1}
+    found = Session(**asked).run(Lab(tmp_path, 0))
+    assert found.curves == []
+    assert [(task.judge, task.item_lists) for task in found.tasks] == [("equilibrium", 1)] * 3
+    assert {task.best.method.spec for task in found.tasks} == {"sme"}
