@@ -1,7 +1,6 @@
-"""The page of a cascade: what its study found, and nothing that it did not."""
+"""The study of a cascade: who decided what, beside other methods, and which aims are reached."""
 
 import dataclasses
-import re
 from pathlib import Path
 
 import numpy as np
@@ -17,8 +16,7 @@ from steadyload.methods.cascade.thresholds import (
     write_thresholds,
 )
 from steadyload.methods.registry import make_method
-from steadyload.reports.columns import table
-from steadyload.reports.pages.writing import write_page
+from steadyload.reports.table import factor, milliseconds, percent
 from steadyload.runs.results import load_results
 from steadyload.statistics.estimate import Estimate
 from steadyload.studies.cascade.comparing import aims, compare
@@ -109,15 +107,14 @@ def test_an_interrupted_study_goes_on(study):
     assert again.cost_source == record.cost_source
 
 
-def test_thresholds_are_shown_as_their_file_describes_them(study):
+def test_thresholds_are_as_their_file_describes_them(study):
     record, _ = study
     first, second = record.ladders
     assert (first.budget, first.stages, second.stages) == ("0.5", "equilibrium", "-")
     assert (first.last, first.cases, first.independent) == (LAST, 900, 450.0)
-    shown = str(table([first], "losses gained bound sure_bound left_out accuracy alone"))
-    assert re.findall(r"[\d.]+(?: \(3\)| of 900)?", shown.splitlines()[-1]) == [
-        "2 (3)", "1", "0.40", "1.23", "5 of 900", "98.0", "98.1",
-    ]  # fmt: skip
+    assert (first.losses, first.gained, first.left_out) == ((2, 3), 1, FOUND["left_out"])
+    assert (first.bound, first.sure_bound) == (0.004, 0.0123)
+    assert (first.accuracy, first.alone) == (0.98, 0.981)
     assert [(row.method, row.steps, row.lost) for row in first.decided] == [("equilibrium", 10, 0)]
     assert first.elsewhere[0].decided == 2872
 
@@ -129,17 +126,22 @@ def test_what_made_thresholds_is_told(study):
     assert "machine" in made
 
 
-def text_of(record, folder):
-    return write_page(Cascade().page(record), folder).read_text()
-
-
-def test_the_page_shows_what_was_found(study, tmp_path):
-    text = text_of(study[0], tmp_path)
-    assert "18 cases of part `validation`" in text
-    assert "on which thresholds were fitted" in text
-    assert re.search(r"\| Equilibrium +\| +0\.700 \| +- \|", text)
-    [sweep] = (tmp_path / "figures").glob("cascade-sweep.*.svg")
-    assert sweep.stat().st_size > 10_000
+def test_the_page_shows_what_was_found(study, assert_shown):
+    record, _ = study
+    own, best, first = record.cascade, record.best, record.ladders[0]
+    assert_shown(
+        Cascade(),
+        record,
+        answer=[
+            *(percent(own.accuracy), record.cases, milliseconds(own.cpu)),
+            *(percent(best.ahead), factor(best.cost_ratio)),
+        ],
+        tables=[
+            *(record.aims, [own, *record.others], record.stages, record.swept, record.ladders),
+            *(first.decided, first.elsewhere),
+        ],
+        charts=["cascade-sweep"],
+    )
 
 
 def about(value):
@@ -179,16 +181,6 @@ def test_an_aim_is_decided_by_the_interval(ahead, answer, study):
     assert found == [answer, "yes", "yes"]
 
 
-def test_a_busy_machine_is_told(study, tmp_path, undrawn):
-    record, _ = study
-    busy = "The machine was busy"
-    for load, told in ((5.0, True), (1.1, False), (None, False)):
-        source = dataclasses.replace(record.cost_source, load=load)
-        text = text_of(dataclasses.replace(record, cost_source=source), tmp_path)
-        assert (busy in text) == told
-        assert "in one process and one thread, methods in turns of many cases" in text
-
-
 @pytest.mark.parametrize(
     ("wrong", "error", "message"),
     [
@@ -210,11 +202,6 @@ def test_what_stages_learnt_from_and_what_is_not_there_is_no_page(wrong, error, 
     with pytest.raises(error, match=message):
         Cascade(limit=2, **wrong).run(Lab(tmp_path / "work", 0))
     assert not (tmp_path / "work").exists()
-
-
-def test_on_test_nothing_was_fitted(study, tmp_path, undrawn):
-    text = text_of(dataclasses.replace(study[0], part="test", fitted_there=False), tmp_path)
-    assert "nothing was fitted on them" in text
 
 
 def test_the_package_s_cascade_is_judged_on_a_set_of_its_own(tmp_path):
