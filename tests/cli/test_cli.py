@@ -219,48 +219,6 @@ def test_a_timeout_is_a_record(steadyload, layout_file):
         assert (record["status"], record["score"]) == ("timeout", None)
 
 
-def test_the_benchmark_writes_its_page(steadyload, tmp_path, in_this_process):
-    arguments = ("compare-engines", "-o", "out", "--layouts", "1", "--most-items", "20")
-    parts = ("--part", "agreement", "--part", "options")
-    done = steadyload(*arguments, *parts, cwd=tmp_path)
-    assert done.stdout.strip() == "out/report.md"
-    text = (tmp_path / "out" / "report.md").read_text()
-    assert "## Agreement" in text
-    assert "local scope" in text
-    [convergence] = (tmp_path / "out" / "figures").glob("convergence.*.svg")
-    assert convergence.stat().st_size > 10_000
-
-
-@pytest.mark.deep("all tests of an engine: 5 s")
-def test_closed_forms_write_a_page_of_their_own(steadyload, tmp_path, undrawn):
-    part = ("study", "closed-forms", "-o", "out")
-    done = steadyload(*part, "--engine", "chipmunk", cwd=tmp_path)
-    assert done.stdout.strip() == "out/report.md"
-    text = (tmp_path / "out" / "report.md").read_text()
-    assert "## Tipping offset" in text
-    assert "chipmunk, 1000 Hz" in text
-    done = steadyload(*part, "--engine", "bulet", cwd=tmp_path)
-    assert done.returncode == 2
-    assert "unknown engine 'bulet'" in done.stderr
-
-
-@pytest.mark.deep("the reference at its finest tolerances and by another integrator: 27 s")
-def test_convergence_writes_a_page_and_goes_on_where_it_stopped(steadyload, tmp_path):
-    part = ("study", "convergence", "--layouts", "2", "--sample", "1", "--workers", "1")
-    done = steadyload(*part, "--work", "work", "-o", "out", cwd=tmp_path)
-    assert done.stdout.strip() == "out/report.md", done.stderr
-    text = (tmp_path / "out" / "report.md").read_text()
-    assert "| tolerance 1e-06" in text
-    assert "integrator=radau" in text
-    [sweeps] = (tmp_path / "out" / "figures").glob("sweeps.*.svg")
-    assert sweeps.stat().st_size > 10_000
-    shards = sorted((tmp_path / "work").rglob("*.parquet"))
-    stamps = [path.stat().st_mtime_ns for path in shards]
-    steadyload(*part, "--work", "work", "-o", "out", cwd=tmp_path)
-    assert [path.stat().st_mtime_ns for path in shards] == stamps
-    assert (tmp_path / "out" / "report.md").read_text() == text
-
-
 def test_engines_leave_no_files_behind_and_keep_quiet(layout_file):
     before = sorted(p.name for p in layout_file.parent.iterdir())
     done = in_a_fresh_process(

@@ -6,11 +6,12 @@ from steadyload.layouts.model.question import Question
 from steadyload.reports.table import percent
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.variance import SourceShare
-from steadyload.studies.engines.agreeing import Agreement, OptionEffect, Pair, Untuned
+from steadyload.studies.engines.agreeing import FREQUENCIES, Agreement, OptionEffect, Pair, Untuned
 from steadyload.studies.engines.showing import Found
 from steadyload.studies.engines.sources import ANSWERS, Design, SourceTable
 from steadyload.studies.engines.speed import Gain, SpeedCurve, SpeedPoint, Throughput
 from steadyload.studies.engines.study import EngineStudy
+from steadyload.studies.kit import Lab
 
 BOTH = (Question.WITHIN, Question.STANDS)
 PLACED, STABLE = ANSWERS
@@ -90,3 +91,10 @@ def test_the_page_shows_every_part(assert_shown):
         ],
         charts=["sources", "convergence", "growth"],
     )
+
+
+def test_the_study_measures_the_parts_that_are_chosen(tmp_path):
+    only = EngineStudy(parts=("agreement",), layouts=1).run(Lab(tmp_path, 0))
+    assert {share.n for share in only.agreement.alike} == {1}
+    assert list(only.agreement.pairs[0].same) == list(FREQUENCIES)
+    assert not any((only.options, only.curves, only.rates, only.tables))

@@ -1,0 +1,110 @@
+"""Labels of the reference beside changed references and other methods, counted by hand."""
+
+import pandas as pd
+import pytest
+
+from steadyload.reports.table import percent
+from steadyload.studies.convergence.comparing import compare
+from steadyload.studies.convergence.judging import (
+    BASE,
+    ENGINES,
+    LOOKED_AT,
+    OPINIONS,
+    VARIANTS,
+    canonical,
+)
+from steadyload.studies.convergence.study import Convergence
+from steadyload.studies.kit import Lab
+
+LABELS = {"a": None, "b": 2, "c": 3, "d": None}
+ITEMS = {"a": 4, "b": 8, "c": 8, "d": 12}
+MUJOCO = canonical(LOOKED_AT[0])
+BULLET = canonical("label@bullet:frequency=90")
+TOLERANCE, FRICTION = "tolerance 1e-06", "friction 0.4"
+
+
+def named(title):
+    return next(variant for variant in VARIANTS if variant.title == title)
+
+
+def judged(methods, **changes):
+    """A row a method and layout: the label, or another failing step, or a status."""
+    rows = []
+    for method in (BASE, *methods):
+        for layout, label in LABELS.items():
+            said = changes.get(method, {}).get(layout, label)
+            status = said if isinstance(said, str) else "done"
+            step = None if isinstance(said, str) else said
+            moved = None if step is None else 12.0
+            rows.append(
+                {"layout": layout, "method": method, "status": status, "failing_step": step,
+                 "item_count": ITEMS[layout], "cpu_total": 0.001 if method == BASE else 0.002,
+                 "displacement_cm": moved, "rotation_deg": moved}
+            )  # fmt: skip
+    return pd.DataFrame(rows).astype({"failing_step": "Int64"})
+
+
+@pytest.fixture(scope="module")
+def found():
+    decisive = [own.spec for own in VARIANTS if own.decisive]
+    others = [own.spec for own in VARIANTS if not own.decisive]
+    changed = {
+        MUJOCO: {"c": 2}, BULLET: {"a": 3}, named(TOLERANCE).spec: {"d": 1},
+        named(FRICTION).spec: {"a": "timeout", "b": None},
+    }  # fmt: skip
+    everything = judged([*decisive, *map(canonical, ENGINES)], **changed)
+    opinions = judged(map(canonical, OPINIONS))
+    return compare({"all: layouts": "4"}, everything, judged(others, **changed), opinions)
+
+
+def by_title(rows, title):
+    return next(own for own in rows if own.title == title)
+
+
+def test_changed_labels_are_counted_by_direction(found):
+    friction = by_title(found.variants, FRICTION)
+    assert (friction.changed.value, friction.changed.n) == (0.5, 4)
+    assert (friction.changed_stable.value, friction.changed_unstable.value) == (0.5, 0.5)
+    assert (friction.earlier, friction.later, friction.without_verdict) == (0, 1, {"timeout": 1})
+    tolerance = by_title(found.variants, TOLERANCE)
+    assert (tolerance.changed.value, tolerance.earlier, tolerance.later) == (0.25, 1, 0)
+    assert (tolerance.cpu.value, tolerance.slowest) == pytest.approx((2.0, 2.0))
+    assert by_title(found.variants, "carry instead of reseat").changed.value == 0.0
+    assert by_title(found.engines, "bullet at 90 Hz").equal.value == 0.75
+
+
+def test_a_change_of_the_numerics_counts_and_one_of_the_model_does_not(found):
+    assert (found.any_change.value, found.any_change.n) == (0.25, 4)
+    assert {own.group for own in found.swept} < {own.group for own in found.variants}
+    assert {own.value for own in found.swept if own.group == "friction"} == {0.4, 0.6}
+    assert "loading" not in {own.group for own in found.swept}
+
+
+def test_a_layout_on_which_a_fine_engine_differs_is_a_dispute(found):
+    (dispute,) = found.disputes
+    assert (dispute.layout, dispute.item_count, dispute.label) == ("c", 8, "3")
+    assert dispute.moved == (12.0, 12.0)
+    assert dispute.said["mujoco 480 Hz"] == "2"
+    assert dispute.said["bullet 480 Hz"] == dispute.said["mujoco 1000 Hz"] == "3"
+    assert dispute.changes_under == [f"none of {len(VARIANTS)}"]
+
+
+def test_the_page_shows_what_was_found(found, assert_shown):
+    assert_shown(
+        Convergence(),
+        found,
+        answer=[found.any_change.n, percent(found.any_change)],
+        tables=[found.reference, found.variants, found.engines, found.opinions, found.disputes],
+        charts=["sweeps", "engines"],
+    )
+
+
+@pytest.mark.deep("the reference at its finest tolerances and by another integrator: 27 s")
+def test_labels_are_judged_once(tmp_path):
+    asked, lab = Convergence(layouts=2, sample=1), Lab(tmp_path, 0)
+    found = asked.run(lab)
+    assert {own.changed.n for own in found.variants} == {2}
+    assert {own.title for own in found.opinions} == {canonical(spec) for spec in OPINIONS}
+    stamps = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*.parquet")}
+    assert repr(asked.run(lab)) == repr(found), "equal but for what is no number"
+    assert {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*.parquet")} == stamps
