@@ -66,7 +66,7 @@ _LONG_FILES = (
     "layouts/test_shipped_sets.py",
     "labelling/test_labelling.py",
     "studies/test_tuning_page.py",
-    "properties/test_search_and_page.py",
+    "studies/test_property_study.py",
     "physics/test_reference.py",
 )
 """Files of eight seconds and more, about in the order of their CPU time.
