@@ -265,7 +265,7 @@ def study(ran, tmp_path):
 
 def page_of(study):
     found = compare(study / "run")
-    return write_page(Comparison(directory=study / "run").page(found), study / "page").read_text()
+    return write_page(RunReport(directory=study / "run").page(found), study / "page").read_text()
 
 
 def test_a_manifest_says_how_many_cases_are_outside(ran):

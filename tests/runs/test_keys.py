@@ -28,8 +28,10 @@ from steadyload.layouts.packing.packing import random_layouts
 from steadyload.learners import tested
 from steadyload.learners.generation import GenerationOptions, ListUnit
 from steadyload.learners.options import training_preset
+from steadyload.learners.plans import verdicts
 from steadyload.learners.plans.plan import Plan, PlannedTraining
 from steadyload.learners.plans.trainings import Workshop
+from steadyload.learners.plans.verdicts import JudgedPart
 from steadyload.learners.sequences import sequences_of
 from steadyload.properties.property import MethodUnderTest
 from steadyload.properties.registry import PROPERTIES

@@ -184,14 +184,14 @@ def sentences(text):
 
 def check_mended(folder, file, reference, capfd):
     """A report names the file and fails; another run names it and mends it."""
-    assert main(["report", str(folder / "run")]) == 2
+    assert main(["study", "report", str(folder / "run")]) == 2
     [sentence] = capfd.readouterr().err.splitlines()
     assert sentence.startswith(f"steadyload: {folder / 'run'}")
     assert file.name in sentence
     assert run(folder) == 0
     assert len([line for line in sentences(capfd.readouterr().err) if file.name in line]) == 1
     pd.testing.assert_frame_equal(verdicts(folder / "run"), reference)
-    assert main(["report", str(folder / "run")]) == 0
+    assert main(["study", "report", str(folder / "run")]) == 0
     assert run(folder) == 0
     assert not sentences(capfd.readouterr().err)
 

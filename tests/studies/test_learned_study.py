@@ -343,7 +343,8 @@ def test_a_changed_plan_leaves_what_has_not_changed(plan, folder, workshop, tmp_
 def test_only_what_was_asked_is_made_and_shown(tmp_path, capsys, learned, in_this_process):
     file, work = tmp_path / "plan.toml", tmp_path / "work"
     file.write_text(PLAN.replace('trainings = ["fewer", "small"]', 'trainings = ["fewer"]'))
-    command = ["learned", "--plan", str(file), "--work", str(work), "-j", "1", "--only", "size"]
+    command = ["study", "learned", "--plan", str(file), "--work", str(work), "-j", "1"]
+    command += ["--only", "size"]
     assert main([*command, "--limit", "4", "-o", str(tmp_path / "page")]) == 0
     path = Path(capsys.readouterr().out.strip())
     text = path.read_text()
