@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,12 +11,12 @@ import pandas as pd
 
 from steadyload.layouts.model.layout import FloatArray, Layout
 from steadyload.learners.features import FeatureKind
-from steadyload.learners.options import TrainingOptions, options_from, training_preset
+from steadyload.learners.options import TrainingOptions, training_preset
 from steadyload.learners.scoring import items_safe
-from steadyload.learners.sequences import sequences_of
+from steadyload.learners.sequences import Numbers, sequences_of
 from steadyload.learners.tested import NetworkTraining, TestedNetwork, train_and_test
-from steadyload.methods.contract.spec import as_plain
 from steadyload.runs.store import CHECKPOINTS
+from steadyload.statistics.placed import failing_step_of
 from steadyload.studies.kit import Lab
 from steadyload.studies.replication.methods import LSTM_1, LSTM_E, MEMORISER, SUPPORT
 from steadyload.studies.replication.splits import Fold, Rights, SplitKind, folds
@@ -40,7 +41,7 @@ def paper_options(member: int, seed: int, **changes: Any) -> TrainingOptions:
         LearnerError: a change that is not allowed.
     """
     own = {**TABLE_4.networks[member], "seed": seed, "patience": PATIENCE}
-    return options_from(as_plain(TABLE_4.options) | own | changes, where="replication")
+    return replace(TABLE_4.options, **own | changes)
 
 
 class Memoriser:
@@ -166,7 +167,7 @@ def learn(
     networks = dict(zip(wanted, tested, strict=True))
     every, found = next(iter(sequences.values())), {}
     for kind, plan in plans.items():
-        found[MEMORISER, kind] = Learned(_memorised(cases, layouts, made[kind]))
+        found[MEMORISER, kind] = Learned(_memorised(every.safe, layouts, made[kind]))
         for name, ensembles in plan.items():
             right, used = np.zeros((len(ensembles), len(cases)), dtype=bool), []
             for own, members in zip(right, ensembles, strict=True):
@@ -181,12 +182,12 @@ def learn(
     return found
 
 
-def _memorised(cases: pd.DataFrame, layouts: Sequence[Layout], parts: Sequence[Fold]) -> Rights:
+def _memorised(safe: Numbers, layouts: Sequence[Layout], parts: Sequence[Fold]) -> Rights:
     """Mask of the cases of the test on which the memoriser is right, (1, cases)."""
-    steps = [None if pd.isna(step) else int(step) for step in cases["failing_step"]]
-    right = np.zeros((1, len(cases)), dtype=bool)
+    labels = [failing_step_of(*one) for one in zip(safe.tolist(), map(len, layouts), strict=True)]
+    right = np.zeros((1, len(layouts)), dtype=bool)
     for fold in parts:
-        memoriser = Memoriser((layouts[k], steps[k]) for k in np.flatnonzero(fold.train).tolist())
+        memoriser = Memoriser((layouts[k], labels[k]) for k in np.flatnonzero(fold.train).tolist())
         for k in np.flatnonzero(fold.test).tolist():
-            right[0, k] = memoriser.failing_step(layouts[k]) == steps[k]
+            right[0, k] = memoriser.failing_step(layouts[k]) == labels[k]
     return right
