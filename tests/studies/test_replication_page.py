@@ -8,9 +8,9 @@ import pytest
 
 pytest.importorskip("torch")
 
-
-from steadyload.labelling.paper_labels import Labelling, case_layouts, label_files, labelled_cases
+from steadyload.labelling.paper_labels import case_layouts, label_files, labelled_cases
 from steadyload.layouts import Item, Layout, Pallet
+from steadyload.layouts.benchmark import paper_files
 from steadyload.layouts.benchmark.paper_files import FileOptions, make_files
 from steadyload.layouts.packing.heuristics import Heuristic
 from steadyload.methods.registry import make_method
@@ -235,8 +235,14 @@ def test_the_page_of_a_quick_run_marks_it_and_compares_readings(found, tmp_path)
     assert "Labels are missing for 1 cases" in text
 
 
-def test_labels_alone_have_a_page(tmp_path):
-    labelling = Labelling({1: None, 2: 0}, 5, {"crashed": 1})
-    text = write_page(Replication().page(Found(labelling=labelling)), tmp_path).read_text()
-    assert "2 labels are known; the files have 5 distinct cases" in text
-    assert "1 crashed" in text
+def test_labels_alone_have_a_page(files, labels, work, tmp_path, monkeypatch):
+    monkeypatch.setattr(paper_files, "make_files", lambda *_: files)
+    study = Replication(only_labels=True)
+    found = study.run(Lab(work, 0))
+    assert found.labelling.labels == labels
+    assert found.results is None
+    text = write_page(study.page(found), tmp_path / "whole").read_text()
+    assert f"{len(labels)} labels are known; the files have {found.labelling.cases}" in text
+    assert "None." in text
+    lost = Found(labelling=replace(found.labelling, without={"crashed": 1}))
+    assert "1 crashed." in write_page(study.page(lost), tmp_path / "lost").read_text()
