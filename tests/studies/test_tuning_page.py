@@ -128,7 +128,8 @@ def test_the_page_of_all_results(tmp_path, assert_drawn):
     path = write_page(STUDY.page(FULL), tmp_path)
     text = " ".join(path.read_text().split())
     for said in (
-        "On part `test` (n = 400) tuned parameters are right on 97.1 to 98.5 % of the cases",
+        "On part `test` (n = 400) tuned parameters are right on 97.1 to 98.5 % of the cases, "
+        "depending on the engine, PS_3 on 89.3 %, and the parameters that a "
         "search begins with on 97.2 %: a search can add at most 2.8 points there, and adds "
         "significantly on bullet (1.3 [0.8, 1.8]).",
         "1 of 2 changes cost accuracy significantly: friction on bullet (-3.1 [-3.6, -2.6]).",
