@@ -16,7 +16,7 @@ from steadyload.learners.features import Array32, FeatureKind
 from steadyload.learners.inference import VERSION as INFERENCE
 from steadyload.learners.plans.trainings import Run
 from steadyload.learners.scoring import items_safe
-from steadyload.learners.sequences import Sequences, load_sequences
+from steadyload.learners.sequences import BENCHMARK, Sequences, load_sequences
 from steadyload.learners.weights import Weights, load_weights
 from steadyload.runs.provenance import key_of
 from steadyload.runs.store import JSON, Store, locked
@@ -78,6 +78,14 @@ class JudgedPart:
         """The kept verdicts of a run."""
         (found,) = self._store.read(self._key(run))
         return Said(found["manifest"], found["digest"], np.equal(found["safe"], self.cases.safe))
+
+    def label_sources(self, run: Run) -> str:
+        """Sources of the labels of a run, those of the run that it continues first."""
+        own = " and ".join(
+            "labelled set" if data["name"] == BENCHMARK else str(data.get("label", data["name"]))
+            for data in self.said(run).manifest["data"]
+        )
+        return f"{self.label_sources(run.start)}, then {own}" if run.start else own
 
     def probabilities(self, weights: Weights) -> Array32:
         """Probabilities that steps are unstable, (cases, most items): mean of all members."""

@@ -232,13 +232,16 @@ def _chosen(plan: Plan, only: Collection[str], foreign: Sequence[Path]) -> Plan:
 
 def _agreement(plan: Plan, workshop: Workshop) -> list[Agreeing]:
     """By source of labels, how often they are those of the set that the first training learns."""
-    needed = plan.needed([Section.SOURCES])
-    names = dict.fromkeys(name for each in needed for name in each.data if name != BENCHMARK)
-    first = plan.trainings[plan.sources.baseline].data[0] if plan.sources else BENCHMARK
-    if first == BENCHMARK:
+    baseline = plan.trainings[plan.sources.baseline].data if plan.sources else ()
+    generated = [name for name in baseline if name != BENCHMARK]
+    if not generated:
         return []
-    sets = {name: load_benchmark(workshop.set_folder(name)).cases.set_index(KEYS) for name in names}
-    basis, found = sets.pop(first), []
+    needed = plan.needed([Section.SOURCES])
+    learnt = dict.fromkeys(name for each in needed for name in each.data if name != BENCHMARK)
+    sets = {
+        name: load_benchmark(workshop.set_folder(name)).cases.set_index(KEYS) for name in learnt
+    }
+    basis, found = sets.pop(generated[0]), []
     for name, other in sets.items():
         both = basis.join(other["failing_step"].rename("other"), how="inner")
         same = both["failing_step"].fillna(-1) == both["other"].fillna(-1)
@@ -263,7 +266,7 @@ def _trained(judged: JudgedPart, runs: Sequence[Run], against: Sequence[Run] = (
         features=manifest["features"],
         network=manifest["network"],
         symmetries=int(manifest["members"][0]["options"]["symmetries"]),
-        labels=_label_sources(judged, runs[0]),
+        labels=judged.label_sources(runs[0]),
         cases=manifest["cases"],
         item_lists=manifest["item_lists"],
         accuracy=accuracy,
@@ -274,15 +277,6 @@ def _trained(judged: JudgedPart, runs: Sequence[Run], against: Sequence[Run] = (
         if against
         else None,
     )
-
-
-def _label_sources(judged: JudgedPart, run: Run) -> str:
-    """Sources of the labels of a training, those of the training that it continues first."""
-    own = " and ".join(
-        "labelled set" if data["name"] == BENCHMARK else str(data.get("label", data["name"]))
-        for data in judged.said(run).manifest["data"]
-    )
-    return f"{_label_sources(judged, run.start)}, then {own}" if run.start else own
 
 
 def _calibration(
