@@ -58,8 +58,9 @@ def test_quantities_beyond_a_range_are_those_that_a_sentence_names():
     arrays = (LAYOUT.lower, LAYOUT.upper, LAYOUT.weights, LAYOUT.mass_offsets)
     extents = np.array([extent_of(*arrays, LAYOUT.floor.corners, max(LAYOUT.pallet.size))])
     assert not outside().beyond(extents).any()
+    low, high = extents[0]
     for k, name in enumerate(QUANTITIES):
-        for ends in ([1e6, 1e7], [-2.0, -1.0]):
+        for ends in ([low[k] * 1.2 + 1.0, 1e7], [-2.0, high[k] / 1.2 - 0.1]):
             found = outside(**{name: ends}).beyond(extents)
             assert found.tolist() == [[other == k for other in range(len(QUANTITIES))]]
 
