@@ -1,10 +1,13 @@
-"""Pages: what they must say, and that the same rows give the same bytes."""
+"""Methods compared on a run; the same rows give the same bytes; how numbers and tables read."""
 
-import re
+import shutil
 from dataclasses import dataclass
+from pathlib import Path
 
 import pytest
 
+from steadyload.atomic import manifest_text
+from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.packing.packing import random_layouts
 from steadyload.methods.naming import MethodKey
@@ -16,6 +19,7 @@ from steadyload.reports.table import (
     Column,
     Table,
     columns_for,
+    compact,
     estimates_table,
     markdown_table,
     milliseconds,
@@ -25,6 +29,7 @@ from steadyload.reports.table import (
     yes_no,
 )
 from steadyload.runs.definition import load_study
+from steadyload.runs.results import load_manifest, load_results, result_store
 from steadyload.runs.runner import run_study
 from steadyload.statistics.estimate import Estimate
 from steadyload.studies.engines.settings import engine_records
@@ -32,99 +37,126 @@ from steadyload.studies.engines.settings_page import engines_markdown
 from steadyload.studies.report.comparing import compare
 from steadyload.studies.report.study import RunReport
 
+CUBE = (10.0, 10.0, 10.0)
+HANGING = Layout(
+    "hanging",
+    Pallet(100.0, 100.0, 100.0),
+    (Item(0, (40.0, 0.0, 40.0), CUBE, 1.0), Item(1, (44.0, 10.0, 40.0), CUBE, 1.0)),
+)
+"""The upper cube is not fully supported, and stands."""
+BULLET, MUJOCO, DART = (f"ps_opt-paper@{engine}" for engine in ("bullet", "mujoco", "dart"))
+
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
     """A finished study with a static method and one tuning on three engines."""
     folder = tmp_path_factory.mktemp("study")
-    write_layouts(folder / "layouts.json", random_layouts(6, seed=20), Format.NATIVE)
+    layouts = [HANGING, *random_layouts(5, seed=20)]
+    write_layouts(folder / "layouts.json", layouts, Format.NATIVE)
     (folder / "study.toml").write_text(
         'name = "small"\nlayouts = ["layouts.json"]\nscenarios = ["S1", "S2b"]\n'
-        'methods = ["sme", "ps_opt-paper@bullet", "ps_opt-paper@mujoco", "ps_opt-paper@dart"]\n'
+        f'methods = ["fbs", "{BULLET}", "{MUJOCO}", "{DART}"]\n'
     )
     run_study(load_study(folder / "study.toml"), folder / "run")
     return folder / "run"
 
 
-def test_a_page_names_engines_settings_and_what_was_ignored(run, tmp_path, undrawn):
-    text = write_page(RunReport(directory=run).page(compare(run)), tmp_path).read_text()
-    [beside] = tmp_path.glob("report-details.*.md")
-    details = beside.read_text()
-    tuning = details.partition("## The same tuning on every engine")[2].partition("\n## ")[0]
-    rows = {line.split("|")[1].strip(): line for line in tuning.splitlines() if "|" in line}
-    assert set(rows) >= {"bullet", "mujoco", "dart"}
-    assert "restitution, broad_phase" in rows["mujoco"]
-    assert "margin, broad_phase" in rows["dart"]
-    assert rows["bullet"].rstrip(" |").endswith("-")
-    assert "eps_t 22" in tuning
-    assert "There are no reference labels on this page" in text
-    assert "## Accuracy" not in text
-    assert "## Made with" in text
-    assert "mujoco" in text.partition("## Made with")[2]
-
-
 @pytest.fixture(scope="module")
-def drawn_twice(run, tmp_path_factory):
-    """The page of the study in two folders."""
-    folders = [tmp_path_factory.mktemp(name) for name in ("one", "two")]
-    for folder in folders:
-        write_page(RunReport(directory=run).page(compare(run)), folder)
-    return folders
+def found(run):
+    return compare(run)
 
 
-def test_every_picture_of_a_page_is_there_and_not_blank(drawn_twice, assert_drawn):
-    folder, _ = drawn_twice
-    pictures = re.findall(r"!\[.*?\]\((.*?)\)", (folder / "report.md").read_text())
-    assert len(pictures) >= 3
-    for name in pictures:
-        assert_drawn(folder / name)
+def test_the_comparison_counts_by_hand(run, found):
+    frame = load_results(run)
+    assert (found.cases, found.layouts, found.scenarios) == (12, 6, ("S1", "S2b"))
+    said = frame.assign(failing_step=frame["failing_step"].fillna(-1)).pivot(
+        index=["layout", "scenario"], columns="method", values="failing_step"
+    )
+    same = (said["fbs"] == said[BULLET]).mean()
+    assert 0.0 < same < 1.0
+    specs = [method.spec for method in found.matrix.methods]
+    shares = {
+        (a, b): share
+        for a, row in zip(specs, found.matrix.shares, strict=True)
+        for b, share in zip(specs, row, strict=True)
+    }
+    assert shares["fbs", BULLET].value == pytest.approx(same)
+    assert {a for (a, b), share in shares.items() if share.n == 0 and a == b} == {*specs}
+    assert found.disputed == (said.nunique(axis=1) > 1).sum()
+    assert found.evaluation.labelled is None
 
 
-def test_the_same_rows_give_the_same_bytes(drawn_twice):
-    one, two = drawn_twice
+def test_settings_that_an_engine_does_not_honour_are_named(run, found):
+    (tuning,) = found.tunings
+    rows = {own.engine: own for own in tuning.rows}
+    assert {name: own.ignored for name, own in rows.items()} == {
+        "bullet": (), "mujoco": ("restitution", "broad_phase"), "dart": ("margin", "broad_phase"),
+    }  # fmt: skip
+    scores = load_results(run).pivot(index=["layout", "scenario"], columns="method", values="score")
+    agrees = rows["bullet"].agrees
+    assert agrees["mujoco"].value == pytest.approx((scores[BULLET] == scores[MUJOCO]).mean())
+    assert agrees["bullet"] is None
+    assert "eps_t 22" in tuning.settings
+    assert "mujoco" in found.made_with["versions"]
+
+
+def test_rules_against_simulations_are_disagreements(found):
+    """Simulations that agree do not make the rules' answers disappear."""
+    (hanging,) = (
+        case for case in found.disagreements if (case.layout, case.scenario) == ("hanging", "S1")
+    )
+    assert list(hanging.said.values()) == ["1", "stable", "stable", "stable"]
+
+
+def shown(found):
+    """Rows of all tables, and names of all pictures, of a page without labels."""
+    timed = [own for own in found.evaluation.methods if own.phases]
+    of_tunings = [tuning.rows for tuning in found.tunings]
+    tables = [*found.scores.values(), *of_tunings, timed, found.matrix.rows]
+    scenes = [f"disagreement_{k + 1}" for k in range(len(found.disagreements[:2]))]
+    return {
+        "answer": [len(found.evaluation.methods), found.cases, found.layouts, found.disputed],
+        "tables": [*tables, found.disagreements, found.uses],
+        "charts": ["trade_off", "phases", "agreement", *scenes],
+    }
+
+
+def test_the_page_shows_what_was_found(run, found, assert_shown):
+    assert_shown(RunReport(directory=run), found, **shown(found))
+
+
+def test_the_same_rows_give_the_same_bytes(run, found, tmp_path):
+    one, two = (tmp_path / name for name in ("one", "two"))
+    for folder, same in ((one, found), (two, compare(run))):
+        write_page(RunReport(directory=run).page(same), folder)
     files = sorted(p.relative_to(one) for p in one.rglob("*.*"))
-    assert files
+    assert len(files) > 5
     for name in files:
         assert (one / name).read_bytes() == (two / name).read_bytes()
 
 
-def test_the_comparison_counts_by_hand(run):
-    from steadyload.runs.results import load_results
-
-    comparison = compare(run)
-    frame = load_results(run)
-    assert (comparison.cases, comparison.layouts, comparison.scenarios) == (12, 6, ("S1", "S2b"))
-    pair = frame.pivot(index=["layout", "scenario"], columns="method", values="score")
-    same = (pair["ps_opt-paper@bullet"] == pair["ps_opt-paper@mujoco"]).mean()
-    titles = [m.spec for m in comparison.matrix.methods]
-    i, j = titles.index("ps_opt-paper@bullet"), titles.index("ps_opt-paper@mujoco")
-    assert comparison.matrix.shares[i][j].value == pytest.approx(same)
-    (tuning,) = comparison.tunings
-    agrees = next(own.agrees for own in tuning.rows if own.engine == "bullet")
-    assert agrees["mujoco"].value == pytest.approx(same)
-    disputed = (pair.nunique(axis=1) > 1).sum()
-    assert comparison.disputed == disputed
-
-
-def test_no_method_is_compared_with_itself(run, tmp_path, undrawn):
-    comparison = compare(run)
-    text = write_page(RunReport(directory=tmp_path).page(comparison), tmp_path).read_text()
-    table = text.partition("## Agreement between every two methods")[2].partition("\n## ")[0]
-    rows = [line.split("|")[2:-1] for line in table.splitlines() if line.startswith("| ")][2:]
-    assert len(rows) == len(comparison.matrix.titles) == 4
-    for at, cells in enumerate(rows):
-        assert [place for place, cell in enumerate(cells) if cell.strip() == "-"] == [at]
-
-
-def test_the_caption_of_a_chart_says_what_its_cells_are(run, tmp_path, undrawn):
+def test_a_chart_in_the_place_of_a_picture_has_its_own_caption(run, found, tmp_path, undrawn):
     """The picture has shares that are equal; the chart in its place, cases that differ."""
-    path = write_page(RunReport(directory=run).page(compare(run)), tmp_path)
-    same, differ = "Share of cases on which two methods name the same", "Number of cases on which"
-    assert same in path.read_text()
-    assert differ not in path.read_text()
-    page = path.with_suffix(".html").read_text()
-    assert differ in page
-    assert same not in page
+    page = RunReport(directory=run).page(found)
+    (picture,) = (p for section in page.sections for p in section.drawn if p.name == "agreement")
+    path = write_page(page, tmp_path)
+    captions = picture.caption, picture.interactive.caption
+    for file, expected in ((path, [True, False]), (path.with_suffix(".html"), [False, True])):
+        assert [caption in file.read_text() for caption in captions] == expected
+
+
+def test_an_unfinished_study_names_what_is_missing(run, tmp_path, assert_shown):
+    folder = tmp_path / "run"
+    shutil.copytree(run, folder)
+    manifest = load_manifest(run) | {"finished": None}
+    (folder / "manifest.json").write_text(manifest_text(manifest))
+    for shard in manifest["shards"][-1:]:
+        result_store(folder).drop(shard)
+    part = compare(folder)
+    assert (part.missing_rows, part.missing_methods) == (12, [DART])
+    expected = shown(part) | {"answer": [12]}
+    text = assert_shown(RunReport(directory=folder), part, **expected, drawn=False)
+    assert DART in text.partition("\n\n")[0]
 
 
 @pytest.mark.engine("bullet")
@@ -142,44 +174,9 @@ def test_the_engine_page_states_every_answer():
 
 @pytest.mark.engine("bullet")
 def test_the_published_engine_page_is_up_to_date():
-    from pathlib import Path
-
     page = Path(__file__).parents[2] / "docs" / "engines.md"
     listed = engines_markdown(engine_records()) + "\n"
     assert page.read_text() == listed, "an engine or what it declares is new: run `make docs`"
-
-
-def test_rules_against_simulations_are_disagreements(tmp_path, stack):
-    """One simulation, or several that agree, do not make the rules' answers disappear."""
-    # Two boxes of which the upper stands 6 of 10 cm out with its centre of mass over the lower.
-    items = stack(0.0, 6.0, offset=-3.0)
-    write_layouts(tmp_path / "layouts.json", [items], Format.NATIVE)
-    (tmp_path / "s.toml").write_text(
-        'layouts = ["layouts.json"]\n'
-        'methods = ["fbs", "ps_opt-paper@bullet", "ps_opt-paper@mujoco"]\n'
-    )
-    run_study(load_study(tmp_path / "s.toml"), tmp_path / "run")
-    comparison = compare(tmp_path / "run")
-    assert comparison.disputed == len(comparison.disagreements) == 1
-    assert list(comparison.disagreements[0].said.values()) == ["1", "stable", "stable"]
-
-
-def test_an_unfinished_study_names_what_is_missing(run, tmp_path, undrawn):
-    import shutil
-
-    from steadyload.atomic import manifest_text
-    from steadyload.runs.results import load_manifest, result_store
-
-    shutil.copytree(run, tmp_path / "run")
-    manifest = load_manifest(run) | {"finished": None}
-    (tmp_path / "run" / "manifest.json").write_text(manifest_text(manifest))
-    for shard in manifest["shards"][-1:]:
-        result_store(tmp_path / "run").drop(shard)
-    text = write_page(
-        RunReport(directory=tmp_path / "run").page(compare(tmp_path / "run")), tmp_path / "page"
-    ).read_text()
-    assert "**Partial: 12 rows are still missing.**" in text
-    assert "without ps_opt-paper@dart, which have judged none" in text
 
 
 def test_numbers_read_the_same_everywhere():
@@ -189,6 +186,8 @@ def test_numbers_read_the_same_everywhere():
     assert [significant(v) for v in (1234.5, 12.345, 0.0012345, 0.0)] == [
         "1234", "12.3", "0.00123", "0",
     ]  # fmt: skip
+    found = [compact(v) for v in (0.09998, -1.47, 441.2, 1.44e-5, 0.0, -16.33)]
+    assert found == ["0.10", "-1.5", "440", "1.4e-05", "0", "-16"]
 
 
 def test_a_table_escapes_what_would_break_it():
