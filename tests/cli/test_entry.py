@@ -98,8 +98,13 @@ def test_the_help_lists_commands_in_groups(capsys):
             for text in ("no", "0", "1e308", "inf", "1e400", "1e9")
         ),
         (["score", "x", "--overhang", "1e5"], "'1e5'; allowed: a number, 0 or more, below 100,000"),
-        (["study", "engines", "--part", "sped"], "--part: 'sped'; did you mean 'speed'? allowed: "),
-        (["study", "closed-forms", "--engine"], "--engine"),
+        (["compare-engines", "--part", "sped"], "--part: 'sped'; did you mean 'speed'? allowed: "),
+        (["verify", "closed-forms", "--engine"], "--engine"),
+        (["uncertain", "--config", "no.toml"], "steadyload: no.toml: No such file or directory\n"),
+        *(
+            (["scope", "--seconds", text], f"--seconds: {text!r}; allowed: a number, 0.001 or more")
+            for text in ("nan", "0", "-1", "x", "\u0663")
+        ),
     ],
 )
 def test_a_wrong_word_is_one_sentence_that_names_the_nearest(words, message, capsys):
@@ -263,15 +268,3 @@ def test_a_wrong_file_is_one_sentence(tmp_path, text, message, capsys):
     assert message in told
     assert str(file) in told
     assert told.count("\n") == 1
-
-
-def test_a_missing_file_is_named(capsys):
-    assert main(["study", "uncertain", "--config", "no.toml"]) == 2
-    assert capsys.readouterr().err == "steadyload: no.toml: No such file or directory\n"
-
-
-@pytest.mark.parametrize("text", ["nan", "0", "-1", "x", "\u0663"])
-def test_a_number_of_a_flag_is_in_its_range(text, capsys):
-    assert main(["study", "scope", "--seconds", text]) == 2
-    told = "allowed: a number, 0.001 or more"
-    assert capsys.readouterr().err == f"steadyload: --seconds: {text!r}; {told}\n"
