@@ -176,7 +176,7 @@ def test_what_waits_is_ended_by_ten_times_as_much_wall_time(outside):
 
 
 @pytest.fixture
-def command(tmp_path):
+def command():
     """Runs a script as a console script is run: its own folder is on the path, not the user's."""
 
     def run(folder, script, *arguments):
@@ -319,7 +319,7 @@ def test_an_executor_keeps_its_workers_for_the_same_work(outside):
     assert not multiprocessing.active_children()
 
 
-def test_a_script_without_a_guard_is_told_so(tmp_path):
+def test_a_script_without_a_guard_is_told_so(command, tmp_path):
     (tmp_path / "script.py").write_text(
         "from pathlib import Path\n"
         "from steadyload.runs.definition import StudyDefinition\n"
@@ -327,10 +327,7 @@ def test_a_script_without_a_guard_is_told_so(tmp_path):
         "study = StudyDefinition('s', ('fbs',), generated=2)\n"
         "run_study(study, Path('run'), workers=2)\n"
     )
-    done = subprocess.run(
-        [sys.executable, "script.py"], capture_output=True, text=True, cwd=tmp_path,
-        env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}, timeout=600,
-    )  # fmt: skip
+    done = command(tmp_path, tmp_path / "script.py")
     assert done.returncode == 1
     last = done.stderr.splitlines()[-1]
     assert "ended with exit status 1 before it could begin" in last
@@ -371,10 +368,6 @@ time.sleep(600)
 """
 
 
-def test_a_command_that_is_terminated_while_it_starts_a_worker_leaves_no_traceback():
-    done = subprocess.run(
-        [sys.executable, "-c", TERMINATED_WHILE_STARTING], capture_output=True, text=True,
-        env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}, check=False,
-        timeout=500,
-    )  # fmt: skip
+def test_a_command_that_is_terminated_while_it_starts_a_worker_leaves_no_traceback(command):
+    done = command(None, "-c", TERMINATED_WHILE_STARTING)
     assert (done.returncode, done.stderr) == (-signal.SIGTERM, "")
