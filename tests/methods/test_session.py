@@ -11,6 +11,7 @@ import pytest
 from convex_hulls import strictly_inside_hull
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from piles import top_below
 
 from steadyload.engines.world import EngineError
 from steadyload.layouts import Item, Layout, LayoutError, Pallet
@@ -88,15 +89,10 @@ def let_down(session, box):
     """A box as an item that lies on what is below it there."""
     width, height, depth, x, z, shift_x, shift_z, weight = box
     x, z = min(x, 30 - width), min(z, 20 - depth)
-    tops = [
-        i.position[1] + i.size[1]
-        for i in session.items
-        if i.position[0] < x + width and x < i.position[0] + i.size[0]
-        and i.position[2] < z + depth and z < i.position[2] + i.size[2]
-    ]  # fmt: skip
+    top = top_below(session.items, x, z, width, depth)
     offset = (shift_x * width, 0.0, shift_z * depth)
     size = (float(width), float(height), float(depth))
-    return Item(0, (x, max(tops, default=0.0), z), size, weight, offset)
+    return Item(0, (x, top, z), size, weight, offset)
 
 
 @pytest.mark.parametrize("spec", RULES)

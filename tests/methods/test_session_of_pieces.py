@@ -5,6 +5,7 @@ from dataclasses import replace
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from piles import top_below
 
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.methods import make_method
@@ -71,13 +72,7 @@ _piece = st.tuples(
 def test_a_session_says_of_pieces_what_is_said_of_the_whole(pieces, undo):
     session = LoadingSession(PALLET, "equilibrium:time=0.3")
     for width, height, depth, x, z, gap, weight in pieces:
-        tops = [
-            i.position[1] + i.size[1]
-            for i in session.items
-            if i.position[0] < x + width and x < i.position[0] + i.size[0]
-            and i.position[2] < z + depth and z < i.position[2] + i.size[2]
-        ]  # fmt: skip
-        at = (x, max(tops, default=0.0) + gap, z)
+        at = (x, top_below(session.items, x, z, width, depth) + gap, z)
         compare(session, Item(0, at, (width, height, depth), weight))
         if undo and len(session) == 2:
             session.undo()

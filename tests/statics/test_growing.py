@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from piles import wall
 
 from steadyload.layouts.model.contacts import find_supports
 from steadyload.layouts.model.layout import Item, Layout, Pallet
@@ -13,17 +14,6 @@ from steadyload.layouts.packing.packing import random_layouts
 from steadyload.statics.bearing import crushing, first_crushed
 from steadyload.statics.bearing.forces import Rectangles, Statics
 from steadyload.statics.bearing.growing import GrowingStatics
-
-
-def wall(rows, width, weights=None):
-    """A wall of bricks, each on two of the row below, of 1 kg or of some weights in turn."""
-    items = []
-    for row in range(rows):
-        for place in range(width - row % 2):
-            at = (20.0 * place + 10.0 * (row % 2), 10.0 * row, 0.0)
-            weight = 1.0 if weights is None else weights[len(items) % len(weights)]
-            items.append(Item(len(items), at, (20.0, 10.0, 20.0), weight))
-    return Layout("wall", Pallet(20.0 * width, 10.0 * rows, 20.0), tuple(items))
 
 
 def limited(layout, limits):

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from piles import top_below
 from scipy.optimize import nnls
 from scipy.spatial import ConvexHull
 from vertical_balance import VerticalBalance, solve
@@ -46,12 +47,7 @@ def heap(seed, floor, count=60):
     for k in range(count):
         width, height, depth = draw.choice([20.0, 30.0, 40.0], 3)
         x, z = draw.integers(-1, 10, 2) * 10.0
-        under = [
-            b.position[1] + b.size[1] for b in boxes
-            if b.position[0] < x + width and x < b.position[0] + b.size[0]
-            and b.position[2] < z + depth and z < b.position[2] + b.size[2]
-        ]  # fmt: skip
-        at = (x, max(under, default=0.0), z)
+        at = (x, top_below(boxes, x, z, width, depth), z)
         boxes.append(Item(k, at, (width, height, depth), float(draw.uniform(1.0, 20.0))))
     pallet = Pallet(100.0, 5000.0, 100.0, overhang=50.0, floor=floor)
     return Layout(f"heap {seed}", pallet, tuple(boxes))
