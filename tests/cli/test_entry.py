@@ -98,11 +98,17 @@ def test_the_help_lists_commands_in_groups(capsys):
             for text in ("no", "0", "1e308", "inf", "1e400", "1e9")
         ),
         (["score", "x", "--overhang", "1e5"], "'1e5'; allowed: a number, 0 or more, below 100,000"),
-        (["compare-engines", "--part", "sped"], "--part: 'sped'; did you mean 'speed'? allowed: "),
-        (["verify", "closed-forms", "--engine"], "--engine"),
-        (["uncertain", "--config", "no.toml"], "steadyload: no.toml: No such file or directory\n"),
+        (["study", "engines", "--part", "sped"], "--part: 'sped'; did you mean 'speed'? allowed: "),
+        (["study", "closed-forms", "--engine"], "--engine"),
+        (
+            ["study", "uncertain", "--config", "no.toml"],
+            "steadyload: no.toml: No such file or directory\n",
+        ),
         *(
-            (["scope", "--seconds", text], f"--seconds: {text!r}; allowed: a number, 0.001 or more")
+            (
+                ["study", "scope", "--seconds", text],
+                f"--seconds: {text!r}; allowed: a number, 0.001 or more",
+            )
             for text in ("nan", "0", "-1", "x", "\u0663")
         ),
     ],

@@ -405,7 +405,7 @@ def test_what_cannot_be_is_refused_before_anything_is_trained(plan, tmp_path, as
 
 @pytest.mark.parametrize("flags", [["--only", "tabel"], ["--judge-on", "train"]])
 def test_words_that_are_none_are_refused(flags, capsys):
-    assert main(["learned", *flags]) == 2
+    assert main(["study", "learned", *flags]) == 2
     assert flags[1] in capsys.readouterr().err
 
 
