@@ -9,7 +9,7 @@ from steadyload.cli.config_file import config_option
 from steadyload.cli.studies import configuration, output_option, work_option
 from steadyload.cli.terminal import progress_bar, resumable, say, study_progress
 from steadyload.config import option
-from steadyload.studies.table5.config import STUDY, Table5Config
+from steadyload.studies.table5.study import STUDY, Table5Config
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -22,8 +22,8 @@ GROUP = "steadyload.studies"
 """Group of entry points of studies."""
 
 STUDIES: dict[str, str] = {
-    "report": "steadyload.studies.report.study:RunReport",
-    "table5": "steadyload.studies.table5.config:STUDY",
+    "comparison": "steadyload.studies.comparison.study:Comparison",
+    "table5": "steadyload.studies.table5.study:STUDY",
     "sensitivity": "steadyload.studies.sensitivity.study:Sensitivity",
     "real": "steadyload.studies.real.study:Real",
     "cascade": "steadyload.studies.cascade.study:Cascade",

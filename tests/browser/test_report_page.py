@@ -12,10 +12,10 @@ from steadyload.runs import answers
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.results import load_results
 from steadyload.runs.runner import run_study
-from steadyload.studies.report.comparing import compare
-from steadyload.studies.report.study import RunReport
+from steadyload.studies.comparison.comparing import compare
+from steadyload.studies.comparison.study import Comparison
+from steadyload.studies.table5.judging import Table5Options, judge_table5, time_table5
 from steadyload.studies.table5.page import table5_page
-from steadyload.studies.table5.study import Table5Options, judge_table5, time_table5
 from steadyload.studies.table5.summary import summarise
 
 METHODS = ("fbs", "pbs0.5", "sme", "equilibrium", "ps3@mujoco")

@@ -26,8 +26,8 @@ from steadyload.studies import published, registry
 from steadyload.studies.engines.settings import engine_records
 from steadyload.studies.engines.settings_page import engines_markdown
 from steadyload.studies.registry import STUDIES, study
-from steadyload.studies.speed.running import step_shares
-from steadyload.studies.table5.study import Table5Options, standard_methods
+from steadyload.studies.speed.steps import step_shares
+from steadyload.studies.table5.judging import Table5Options, standard_methods
 from steadyload.tuning.cascade.step_scores import score_steps
 from steadyload.tuning.cases import Case
 

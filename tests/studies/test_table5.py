@@ -31,10 +31,10 @@ from steadyload.runs.runner import run_study
 from steadyload.statistics.metrics import mean, share
 from steadyload.statistics.paired import holm
 from steadyload.studies.real.fronts import measured_in
+from steadyload.studies.table5 import judging as table5
 from steadyload.studies.table5 import page as page_module
-from steadyload.studies.table5 import study as table5
 from steadyload.studies.table5.accuracy_sections import time_a_layout, what_rows_are
-from steadyload.studies.table5.study import Table5Options, judge_table5, time_table5
+from steadyload.studies.table5.judging import Table5Options, judge_table5, time_table5
 from steadyload.studies.table5.summary import (
     JudgedSet,
     same_order,

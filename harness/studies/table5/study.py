@@ -1,311 +1,109 @@
-"""The study of Table 5: its methods, judging and timing; an interrupted run is resumed."""
+"""Configuration of the study of Table 5."""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-import pandas as pd
+from steadyload.config import methods_option, option, set_option
+from steadyload.progress import NamedProgress, silent
+from steadyload.studies.study import PublishedPage, Study
 
-from steadyload.app.recommend.kept import SPATIAL
-from steadyload.engines.registry import EngineNotInstalledError, capabilities, engines_here
-from steadyload.layouts.benchmark.dataset import KEYS, PLANAR, set_named
-from steadyload.layouts.model.question import Question, with_question
-from steadyload.methods.contract.method import Status
-from steadyload.methods.contract.spec import parse_spec
-from steadyload.methods.registry import METHODS, each_question, method_class
-from steadyload.progress import Progress, silent
-from steadyload.runs.able import able_methods, asked_question
-from steadyload.runs.definition import StudyDefinition, StudyError
-from steadyload.runs.labels import labelled_material
-from steadyload.runs.pool import Executor
-from steadyload.runs.results import ResultsError, load_manifest, load_results
-from steadyload.runs.runner import run_study
-from steadyload.runs.timing import BLOCK, Times, timed
-
-RULES = ("fbs", "pbs0.9", "pbs0.7", "pbs0.5", "sme", "equilibrium", "equilibrium:time=0.3")
-TUNINGS = ("ps5-literal", "ps3-literal", "ps5", "ps3", "ps_opt-paper", "ps_opt")
-NETWORKS = ("lstm_1-paper", "lstm_e-paper", "lstm_1", "lstm_e")
-OTHERS = ("settling", "cascade@mujoco", "label@mujoco")
-"""Methods of our own; ``simulation`` is included by its tunings."""
-
-
-def standard_methods() -> tuple[str, ...]:
-    """Specs of the methods compared by default: the paper's on every engine, our own, and more.
-
-    Every registered engine with fixed steps takes part; a method of this package that none of these
-    specs names takes part with its own defaults, on every such engine where it needs one. Those of
-    other distributions join where they are named. Methods
-    that were made for both questions stand in the list once a question, those on planar engines
-    once.
-    """
-    engines = tuple(name for name in engines_here() if _takes_steps(name))
-    tunings = (f"{name}@{engine}" for name in TUNINGS for engine in engines)
-    listed = (*RULES, *tunings, *NETWORKS, *OTHERS)
-    named = {method_class(parse_spec(spec).name) for spec in listed}
-    more = [name for name in METHODS if method_class(name) not in named]
-    stands = [
-        with_question(spec, Question.STANDS)
-        for spec in listed
-        if each_question(parse_spec(spec).name) and not _is_planar(spec)
-    ]
-    return (*listed, *stands, *(spec for name in more for spec in _everywhere(name, engines)))
-
-
-def _takes_steps(engine: str) -> bool:
-    try:
-        return not capabilities(engine).error_controlled
-    except EngineNotInstalledError:
-        return True  # it is left out for that reason, not for this
-
-
-def _is_planar(spec: str) -> bool:
-    """Whether a method is on an engine of two dimensions; not so where that cannot be told."""
-    engine = parse_spec(spec).engine
-    try:
-        return engine is not None and capabilities(engine).dimensions == 2
-    except EngineNotInstalledError:
-        return False
-
-
-def _everywhere(name: str, engines: tuple[str, ...]) -> tuple[str, ...]:
-    method = method_class(name)
-    return tuple(f"{name}@{e}" for e in engines) if method and method.needs_engine else (name,)
-
-
-YARDSTICK = "ps3@mujoco"
-"""The method to which cost ratios refer, where it was timed."""
-
-PART = "test"
-"""Part of the labelled set; nothing was tuned, trained or fitted on it."""
-
-
-_SHARD_SIZE = 60
-
-_FEW = 0.1
-"""Largest share of the timed cases that a method may refuse and still be timed on the others."""
-
-_NO_PLANAR_LABELS = "judges planar layouts alone, which have no labels of this question"
+if TYPE_CHECKING:
+    from steadyload.studies.table5.judging import Table5Options
 
 
 @dataclass(frozen=True)
-class Table5Options:
-    """Options of the study of Table 5.
+class Table5Config:
+    """Which methods, on how many cases, and how often they are timed."""
 
-    Attributes:
-        methods: required specs: one that cannot judge is an error. Empty for
-            :func:`standard_methods`, of which those that cannot judge are left out, with a reason.
-        limit: cases a scenario, those of the first ranks; None for all.
-        timed: cases a scenario that are timed.
-        repeats: number of repetitions of the timing.
-        block: cases that a method judges in a turn while it is timed.
-        part: of the labelled sets.
-        directory: folder of the labelled set that 3-D methods judge, or a word of
-            :data:`steadyload.layouts.benchmark.dataset.SETS`; empty for the large one.
-        question: whose labels and methods the page shows. What is judged and timed does not hang
-            on it, but that planar layouts have no labels of the question ``stands``.
-
-    Raises:
-        StudyError: a number out of range, or no method judges 3-D layouts.
-        SpecError, EngineNotInstalledError: a named method cannot judge.
-        LearnerError: its weights cannot be read.
-    """
-
-    methods: tuple[str, ...] = ()
-    limit: int | None = None
-    timed: int = 100
-    repeats: int = 3
-    block: int = BLOCK
-    part: str = PART
-    directory: str = ""
-    question: Question = Question.WITHIN
-    spatial: tuple[str, ...] = field(init=False)
-    """Specs of the methods that judge 3-D layouts."""
-    planar: tuple[str, ...] = field(init=False)
-    """Specs of those on 2-D engines."""
-    left_out: Mapping[str, str] = field(init=False)
-    """By spec, the reason why one of :func:`standard_methods` cannot judge."""
-
-    def __post_init__(self) -> None:
-        for name in ("limit", "timed", "repeats", "block"):
-            value = getattr(self, name)
-            if value is not None and value < 1:
-                raise StudyError(f"{name} is {value}; allowed: 1 or more")
-        able, left_out = able_methods(self.methods, standard_methods)
-        planar = tuple(spec for spec in able if _is_planar(spec))
-        spatial = tuple(spec for spec in able if spec not in planar)
-        if not spatial:
-            raise StudyError(
-                f"methods {', '.join(able)}: none judges layouts in space; name one more, such as "
-                "sme"
-            )
-        if self.question is Question.STANDS and planar:
-            left_out |= dict.fromkeys(planar, _NO_PLANAR_LABELS)
-            planar = ()
-        vars(self).update(spatial=spatial, planar=planar, left_out=left_out)
-
-    @property
-    def shown(self) -> tuple[str, ...]:
-        """Specs of the 3-D methods that the page shows.
-
-        Of a method that stands in the list once a question only the one that is asked this one;
-        named methods all.
-        """
-        if self.methods:
-            return self.spatial
-        stands = {spec for spec in self.spatial if asked_question(spec) is Question.STANDS}
-        if self.question is Question.WITHIN:
-            return tuple(spec for spec in self.spatial if spec not in stands)
-        return tuple(s for s in self.spatial if with_question(s, Question.STANDS) not in stands)
-
-    def study(self, *, planar: bool) -> StudyDefinition:
-        """Definition of all 3-D methods on their set, or of those shown and 2-D ones on planar."""
-        return StudyDefinition(
-            name=f"table5 {PLANAR}" if planar else "table5",
-            methods=(*self.shown, *self.planar) if planar else self.spatial,
-            benchmark=self.part,
-            benchmark_directory=PLANAR if planar else set_named(self.directory),
-            limit=self.limit,
-            shard_size=_SHARD_SIZE,
-        )
-
-
-@dataclass(frozen=True)
-class Ran:
-    """A part of the study that was judged and timed.
-
-    Attributes:
-        study: its definition.
-        directory: its run folder.
-        cases: those that were timed, (layout, scenario) in the order of the times.
-        times: of the methods that were timed.
-        untimed: by spec, the reason why a method was not timed.
-        refused: by spec, number of cases that no method was timed on because this one refuses them.
-    """
-
-    study: StudyDefinition
-    directory: Path
-    cases: tuple[tuple[str, str], ...]
-    times: Times
-    untimed: Mapping[str, str]
-    refused: Mapping[str, int]
-
-    def timed_among(self, cases: pd.Index) -> Ran:
-        """The same with the times of those cases alone that are among some."""
-        kept = pd.MultiIndex.from_tuples(self.cases, names=KEYS).isin(cases)
-        cpu, wall = (
-            {spec: taken[:, kept] for spec, taken in clock.items()}
-            for clock in (self.times.cpu, self.times.wall)
-        )
-        chosen = tuple(case for case, is_kept in zip(self.cases, kept, strict=True) if is_kept)
-        times = dataclasses.replace(self.times, cpu=cpu, wall=wall)
-        return dataclasses.replace(self, cases=chosen, times=times)
-
-
-def judge_table5(
-    asked: Table5Options,
-    work: Path,
-    *,
-    workers: int | Executor,
-    progress: Progress = silent,
-) -> None:
-    """Judge all cases; an interrupted run is resumed.
-
-    Args:
-        asked: the options.
-        work: folder of the run folders.
-        workers: processes that judge, or an executor; 0 judges in this process.
-        progress: called with rows done and rows in all, of one set after the other.
-
-    Raises:
-        ResultsError: the folder holds another study; or as the next one.
-        as :func:`steadyload.runs.runner.run_study`.
-    """
-    if (work / "manifest.json").exists():  # its page would be overwritten
-        name = load_manifest(work)["study"]["name"]
-        raise ResultsError(f"{work}: holds the study {name!r}; choose another folder")
-    for planar, folder in _folders(asked, work).items():
-        run_study(asked.study(planar=planar), folder, workers=workers, progress=progress)
-
-
-def time_table5(
-    asked: Table5Options,
-    work: Path,
-    *,
-    workers: int = 1,
-    progress: Progress = silent,
-) -> tuple[Ran, Ran | None]:
-    """Time some of the cases, after all were judged; an interrupted run is resumed.
-
-    Args:
-        asked: the options.
-        work: folder of the run folders.
-        workers: 0 times in this process, any other number in one beside it, with a single thread.
-        progress: called with repeats done and repeats in all, of one set after the other.
-
-    Returns:
-        The 3-D part, and the planar one; None without a 2-D method.
-
-    Raises:
-        ResultsError: no case was judged yet.
-        as :func:`steadyload.runs.timing.timed`.
-    """
-    folders = _folders(asked, work).items()
-    found = [_timed(asked, planar, folder, workers, progress) for planar, folder in folders]
-    return found[0], found[1] if len(found) > 1 else None
-
-
-def _folders(asked: Table5Options, work: Path) -> dict[bool, Path]:
-    """Run folders by planarity of their layouts: True for planar ones."""
-    folders = {False: work / SPATIAL}
-    return folders | {True: work / PLANAR} if asked.planar else folders
-
-
-def _timed(
-    asked: Table5Options, planar: bool, folder: Path, workers: int, progress: Progress
-) -> Ran:
-    study = asked.study(planar=planar)
-    fewer = dataclasses.replace(study, limit=min(asked.timed, asked.limit or asked.timed))
-    cases = {
-        (layout.name, str(scenario)): layout for scenario, layout in labelled_material(fewer).cases
-    }
-    untimed, refused = _not_judged(folder, list(cases))
-    for case in set().union(*refused.values()):
-        del cases[case]
-    times = timed(
-        [spec for spec in study.methods if spec not in untimed],
-        list(cases.values()),
-        folder / "times",
-        repeats=asked.repeats,
-        block=asked.block,
-        workers=workers,
-        progress=progress,
+    methods: tuple[str, ...] = methods_option(
+        "may be repeated (default: the paper's methods on every engine, and our own)"
     )
-    counts = {spec: len(own) for spec, own in refused.items()}
-    return Ran(study, folder, tuple(cases), times, untimed, counts)
+    directory: str = set_option()
+    question: str = option(
+        "within",
+        "whose labels and methods the page shows, within or stands (default: within); those of "
+        "both are judged",
+        metavar="QUESTION",
+        choices="steadyload.layouts.model.question:Question",
+    )
+    limit: int | None = option(None, "only the first N cases a scenario", least=2)
+    timed: int = option(
+        100, "cases a scenario that are timed, in one process (default: 100)", least=1
+    )
+    repeats: int = option(3, "how often they are timed (default: 3)", least=1)
+    rules: int = option(
+        0,
+        "cases a scenario on which other rules are compared, too, with the question within "
+        "(default: 0, none)",
+        least=0,
+    )
+
+    def options(self) -> Table5Options:
+        """The options of the study, with the methods that can judge and reasons for the others."""
+        from steadyload.layouts.model.question import Question
+        from steadyload.studies.table5.judging import Table5Options
+
+        return Table5Options(
+            self.methods, self.limit, self.timed, self.repeats, directory=self.directory,
+            question=Question(self.question),
+        )  # fmt: skip
 
 
-def _not_judged(
-    folder: Path, chosen: Sequence[tuple[str, str]]
-) -> tuple[dict[str, str], dict[str, set[tuple[str, str]]]]:
-    """Reasons by spec for methods that are not timed; of the others, the cases that they refuse.
+_PUBLISHED = "--directory lists --limit 300 --timed 20 --repeats 2"
+"""300 cases a scenario, as many as the paper has, of many item lists."""
 
-    A method that ended its process would end that of the timing, and the time of a refusal is not
-    that of a judgement. A few refused cases are left out for all methods, so that times are
-    compared on the same ones.
-    """
-    rows = load_results(folder, ["layout", "scenario", "method", "repetition", "status"])
-    there = pd.MultiIndex.from_frame(rows[["layout", "scenario"]]).isin(list(chosen))
-    lost = rows[there & rows["status"].isin([str(Status.CRASHED), str(Status.REFUSED)])]
-    untimed, refused = {}, {}
-    for method, own in lost.groupby("method", sort=False):
-        counts = own["status"].value_counts().sort_index()
-        if str(Status.CRASHED) in counts or len(own) > _FEW * len(chosen):
-            untimed[str(method)] = f"of {len(chosen)} cases to be timed " + ", ".join(
-                f"{n} {status}" for status, n in counts.items()
-            )
-        else:
-            refused[str(method)] = set(zip(own["layout"], own["scenario"], strict=True))
-    return untimed, refused
+
+class Table5(Study[Table5Config, Any]):
+    """All methods on the labelled test split."""
+
+    name = "table5"
+    question = "How accurate is every method on every engine, and what does it cost?"
+    about = "all methods on the labelled test split, as Table 5 of the paper, every engine"
+    Config = Table5Config
+    workers = 0
+    published = (
+        PublishedPage("table5", f"{_PUBLISHED} --rules 25"),
+        PublishedPage(
+            "table5_stands",
+            f"{_PUBLISHED} --question stands",
+            question="How accurate is every method where a load has to stand until it rests?",
+        ),
+    )
+
+    def run(
+        self,
+        config: Table5Config,
+        work: Path,
+        *,
+        workers: int = 1,
+        progress: NamedProgress = silent,
+    ) -> Any:
+        """The summary of the run, judged over processes and timed in one; also writes the front."""
+        from steadyload.studies.kit import Lab
+        from steadyload.studies.rankings import ranked
+        from steadyload.studies.table5.judging import judge_table5, time_table5
+        from steadyload.studies.table5.summary import summarise, write_timed_front
+
+        asked = config.options()
+        judge_table5(asked, work, workers=workers, progress=lambda *of: progress("judging", *of))
+        spatial, planar = time_table5(asked, work, progress=lambda *of: progress("timing", *of))
+        found = summarise(asked, spatial, planar)
+        write_timed_front(found, work)
+        if config.rules and config.question == "within":
+            lab = Lab(work / "rules", workers, progress)
+            rules = ranked(lab, config.methods, config.rules, config.directory)
+            found = dataclasses.replace(found, rules=rules)
+        return found
+
+    def page(self, result: Any) -> Any:
+        """The page of the table, its tests, and the errors of methods."""
+        from steadyload.studies.table5.page import table5_page
+
+        return table5_page(result)
+
+
+STUDY = Table5()

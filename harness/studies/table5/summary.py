@@ -50,8 +50,8 @@ from steadyload.studies.table5.error_places import (
     margin_bins,
     size_bins,
 )
+from steadyload.studies.table5.judging import YARDSTICK, Ran, Table5Options
 from steadyload.studies.table5.label_ceiling import Ceiling, label_ceiling
-from steadyload.studies.table5.study import YARDSTICK, Ran, Table5Options
 from steadyload.studies.table5.watched import Watch, watched
 
 
