@@ -199,7 +199,8 @@ def circles(arrows):
 
 
 DRAWING = {
-    "table5.cost_figures", "table5.figures",
+    "replication.figures",
+    "tuning.figures", "tuning.search_figures",
 }  # fmt: skip
 """Modules of studies that draw without the kinds of charts of `reports`; no other one may."""
 

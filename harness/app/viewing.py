@@ -46,6 +46,17 @@ class ViewError(UserError):
     """A missing layout."""
 
 
+def require_library() -> None:
+    """See that views can be written.
+
+    Raises:
+        ThreeJsError: the library that draws is missing.
+    """
+    from steadyload.reports.viewer.three_js import three_js
+
+    three_js()
+
+
 def write_view(
     layout: Layout,
     methods: Sequence[str] = (DEFAULT_METHOD,),

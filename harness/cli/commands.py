@@ -115,8 +115,9 @@ _OWN = (
 """Commands that do not belong to a study."""
 
 _OF_STUDIES = {
-    "report": "study:Report",
-    "table5": "table5:Table5",
+    "comparison": "study:Report",
+    "speed": "bench:Bench",
+    "tuning": "tune:ComparePresets",
 }
 """Study -> its command, where that does more than run it and write its page."""
 

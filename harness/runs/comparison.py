@@ -13,6 +13,7 @@ from collections.abc import Callable, Hashable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import combinations
+from operator import attrgetter
 from typing import Any, Generic, TypeAlias, TypeVar
 
 import numpy as np
@@ -20,6 +21,7 @@ import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from steadyload.methods.naming import MethodKey
+from steadyload.reports.columns import column, compact, percent, row
 from steadyload.runs.accuracy import accuracy, verdicts_against_labels
 from steadyload.runs.judged import JudgedCases
 from steadyload.statistics.clusters import Clusters, Labels
@@ -33,7 +35,7 @@ M = TypeVar("M", bound=Hashable)
 BoolArray: TypeAlias = NDArray[np.bool_]
 
 
-@dataclass(frozen=True, slots=True)
+@row
 class PairTest(Generic[M]):
     """Two methods on the cases that both have.
 
@@ -45,18 +47,23 @@ class PairTest(Generic[M]):
         corrected: that p, corrected for the tests of its family.
     """
 
-    first: M
-    second: M
-    difference: Estimate
+    first: M = column(form=attrgetter("title"), left=True)
+    second: M = column(form=attrgetter("title"), left=True)
+    difference: Estimate = column(form=percent)
     only_first: Estimate
     only_second: Estimate
-    p: float
-    corrected: float
+    p: float = column(form=compact)
+    corrected: float = column("corrected p", compact)
 
     @property
     def n(self) -> int:
         """Number of cases."""
         return self.difference.n
+
+    @property
+    def distance(self) -> float:
+        """The difference without its sign."""
+        return abs(self.difference.value)
 
     @property
     def significant(self) -> bool:

@@ -99,7 +99,7 @@ class MethodEvaluation:
     accuracy: Estimate = column("accuracy %", percent, default=NOTHING)
     over: Estimate = column("overestimated %", percent, default=NOTHING)
     under: Estimate = column("underestimated %", percent, default=NOTHING)
-    under_or_none: Estimate = NOTHING
+    under_or_none: Estimate = column("underestimated or no verdict %", percent, default=NOTHING)
     stable_or_not: Estimate = column("stable or not %", percent, default=NOTHING)
     within_one: Estimate = column("within one %", percent, default=NOTHING)
     robust: Estimate = column("robust %", percent, default=NOTHING)

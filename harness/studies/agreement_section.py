@@ -10,23 +10,10 @@ from steadyload.app.viewing import view_of
 from steadyload.layouts.model.layout import Layout
 from steadyload.methods.contract.verdict import Verdict
 from steadyload.methods.session.recording import record_plan
-from steadyload.reports.charts.heat import heat
 from steadyload.reports.interactive import STABLE, AnswerChart, AnsweredCase
-from steadyload.reports.pages.page import Picture
 from steadyload.reports.viewer.page import MARKS, player_html
 from steadyload.runs.agreement import AgreementMatrix
 from steadyload.runs.provenance import provenance_lines
-
-
-def agreement_picture(matrix: AgreementMatrix, more: str = "") -> Picture:
-    """Share of equal failing steps between every two methods, with a further sentence.
-
-    In a browser: numbers of cases on which two methods differ, which cases these are, and the plan
-    of each.
-    """
-    figure = heat(matrix.cells, "other", "of", "same", label="same failing step (%)").figure
-    drawn = "Share of cases on which two methods name the same failing step, in per cent."
-    return Picture("agreement", figure, f"{drawn} {more}".rstrip(), answer_chart(matrix, more))
 
 
 def answer_chart(matrix: AgreementMatrix, more: str = "") -> AnswerChart | None:

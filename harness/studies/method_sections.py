@@ -13,9 +13,8 @@ from typing import Any
 from steadyload.reports.columns import columns_of
 from steadyload.reports.interactive import CostChart, CostPoint
 from steadyload.reports.pages.composing import page_environment
-from steadyload.reports.table import Column, Table, cell, percent
+from steadyload.reports.table import Column, cell, percent
 from steadyload.runs.evaluation import (
-    ALL,
     Evaluation,
     LabelledPart,
     MethodEvaluation,
@@ -63,12 +62,6 @@ def natural_prevalence(about: LabelledPart) -> list[Column]:
     return [NATURAL] if about.natural_stable else []
 
 
-def stands_explained(about: LabelledPart) -> str:
-    """Sentences on the column of the question ``stands``; empty where there is no such column."""
-    said = _said("stands", about)
-    return f" {said}" if said else ""
-
-
 def by_spec(title: str, found: Mapping[str, Any], form: Callable[[Any], str] = cell) -> Column:
     """A column of values that stand beside the rows, by the spec of the method."""
     return Column(title, lambda row: found.get(row.method.spec), form)
@@ -77,14 +70,6 @@ def by_spec(title: str, found: Mapping[str, Any], form: Callable[[Any], str] = c
 def titled(column: Column, title: str) -> Column:
     """The same column under another title."""
     return dataclasses.replace(column, title=title)
-
-
-def by_group(groups: Iterable[str], table: Callable[[str], Table]) -> list[Table]:
-    """A table a group: of all cases, and then of each scenario under its name."""
-    return [
-        dataclasses.replace(table(group), caption="" if group == ALL else f"**Scenario {group}**")
-        for group in groups
-    ]
 
 
 def terms_explained(about: LabelledPart) -> str:

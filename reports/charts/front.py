@@ -22,6 +22,7 @@ from steadyload.reports.charts.drawing import (
 from steadyload.reports.charts.rows import Field, along, chosen, estimate_of, method_of, value
 from steadyload.reports.interactive import CostChart, CostPoint
 from steadyload.reports.style import LOOKS, Look, colour, face, marker
+from steadyload.statistics.front import undominated
 
 
 def front(
@@ -35,6 +36,7 @@ def front(
     of: Field = "",
     note: Field = "",
     spread: bool = False,
+    best: bool = False,
     groups: Mapping[str, Sequence[Any]] | None = None,
     more: Mapping[Field, str] | None = None,
     x_label: str = COST_LABEL,
@@ -54,6 +56,7 @@ def front(
         of: field of the method or engine that has this look; else it is of the method.
         note: field of the text at points of lines.
         spread: whether shares near 100 % are drawn apart.
+        best: whether a dashed line joins the points than which no cheaper one is as good.
         groups: rows by title of a group of cases: then the HTML page shows one at a time.
         more: of these, further fields of shares, and what is added to the title for each.
         x_label: label of x.
@@ -81,6 +84,16 @@ def front(
     for title, members in lines.items():
         seen = LOOKS[chosen(look, LOOKS, "look")](_identified(members[0], method, of), 0)
         _join(axes, title, members, (x, y), seen, note)
+    if best:
+        leading = undominated(
+            [point for point in points if point.cost.n],
+            lambda point: point.cost.value, lambda point: -point.share.value,
+        )  # fmt: skip
+        axes.plot(
+            [point.cost.value for point in leading], [100 * point.share.value for point in leading],
+            color="black", linewidth=1.0, linestyle="--", drawstyle="steps-post", zorder=1,
+            label="front",
+        )  # fmt: skip
     if spread:
         spread_the_top(axes, min(100 * value(row, y).low for row in drawn))
     legend(figure, "beside")

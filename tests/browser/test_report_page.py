@@ -14,9 +14,8 @@ from steadyload.runs.results import load_results
 from steadyload.runs.runner import run_study
 from steadyload.studies.comparison.comparing import compare
 from steadyload.studies.comparison.study import Comparison
-from steadyload.studies.table5.judging import Table5Options, judge_table5, time_table5
-from steadyload.studies.table5.page import table5_page
-from steadyload.studies.table5.summary import summarise
+from steadyload.studies.kit import Lab
+from steadyload.studies.table5.study import Table5
 
 METHODS = ("fbs", "pbs0.5", "sme", "equilibrium", "ps3@mujoco")
 MEGABYTES = 5.0
@@ -35,10 +34,8 @@ def run(tmp_path_factory):
 @pytest.fixture(scope="module")
 def table5(tmp_path_factory):
     folder = tmp_path_factory.mktemp("table5")
-    asked = Table5Options(methods=METHODS, limit=4, timed=2, repeats=1)
-    judge_table5(asked, folder, workers=0)
-    page = table5_page(summarise(asked, *time_table5(asked, folder, workers=0)))
-    return write_page(page, folder / "page").with_suffix(".html")
+    study = Table5(methods=METHODS, limit=4, timed=2, repeats=1)
+    return write_page(study.page(study.run(Lab(folder, 0))), folder / "page").with_suffix(".html")
 
 
 @pytest.fixture

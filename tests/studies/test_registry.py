@@ -27,7 +27,7 @@ from steadyload.studies.engines.settings import engine_records
 from steadyload.studies.engines.settings_page import engines_markdown
 from steadyload.studies.registry import STUDIES, study
 from steadyload.studies.speed.steps import step_shares
-from steadyload.studies.table5.judging import Table5Options, standard_methods
+from steadyload.studies.table5.judging import Options, standard_methods
 from steadyload.tuning.cascade.step_scores import score_steps
 from steadyload.tuning.cases import Case
 
@@ -192,7 +192,7 @@ def test_an_engine_is_a_class_and_one_line(toys):
 
 def test_a_method_is_a_class_and_one_line(toys, tmp_path, monkeypatch):
     assert "optimist" not in standard_methods(), "it joins where it is named"
-    assert Table5Options(("optimist",)).spatial == ("optimist",)
+    assert Options(("optimist",)).spatial == ("optimist",)
     assert colour(method_key(make_method("optimist"))) not in {
         colour(method_key(make_method(spec))) for spec in ("fbs", "sme", "equilibrium")
     }

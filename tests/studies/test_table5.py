@@ -20,7 +20,6 @@ from steadyload.methods.contract.spec import parse_spec
 from steadyload.methods.naming import method_key
 from steadyload.methods.registry import make_method
 from steadyload.methods.rules.base_support import FullBaseSupport
-from steadyload.reports.table import names
 from steadyload.runs.able import asked_question
 from steadyload.runs.comparison import Compared
 from steadyload.runs.definition import StudyDefinition
@@ -30,18 +29,18 @@ from steadyload.runs.paper import paper
 from steadyload.runs.runner import run_study
 from steadyload.statistics.metrics import mean, share
 from steadyload.statistics.paired import holm
+from steadyload.studies.kit import Lab
 from steadyload.studies.real.fronts import measured_in
 from steadyload.studies.table5 import judging as table5
-from steadyload.studies.table5 import page as page_module
-from steadyload.studies.table5.accuracy_sections import time_a_layout, what_rows_are
-from steadyload.studies.table5.judging import Table5Options, judge_table5, time_table5
-from steadyload.studies.table5.summary import (
+from steadyload.studies.table5.comparing import (
     JudgedSet,
+    compare,
     same_order,
-    summarise,
     tunings,
+    unlike_the_paper,
 )
-from steadyload.studies.table5.test_sections import significantly_different
+from steadyload.studies.table5.judging import Options, judged_and_timed
+from steadyload.studies.table5.study import Table5
 
 SPECS = ("fbs", "sme", "equilibrium")
 FEW = ("--limit", "3", "--timed", "2", "--repeats", "1", "--rules", "2", "-j", "1")
@@ -110,7 +109,7 @@ def test_errors_cost_what_verdicts_and_labels_say(written, assert_drawn):
         lines[title] = (over / 9, under / 9)
     assert len(set(lines.values())) > 1
     part = text[text.index("## What errors cost") :]
-    header, *told = rows(part, "The methods of the chart:")
+    header, *told = rows(part, "The methods on the front")
     for line in told:
         over, under = lines[line[0]]
         for name, cell in zip(header, line, strict=True):
@@ -206,7 +205,7 @@ def test_the_folder_of_another_study_is_left_alone(capsys, tmp_path):
 
 def test_a_method_that_cannot_judge_is_left_out_where_nobody_named_it(monkeypatch):
     monkeypatch.setattr(table5, "standard_methods", lambda: ("sme", "cascade@dart"))
-    asked = Table5Options()
+    asked = Options()
     assert asked.spatial == ("sme",)
     assert "steadyload cascade fit --engine dart" in asked.left_out["cascade@dart"]
 
@@ -236,30 +235,29 @@ def test_a_few_refused_cases_cost_no_method_its_times(
     names = [*dict.fromkeys(load_benchmark().select("test", limit=4)["layout"])]
     assert len(names) == 12  # a layout a case
     monkeypatch.setattr(choosy, "refuses", tuple(names[:refused]))
-    asked = Table5Options(methods=("fbs", "choosy"), limit=4, timed=4, repeats=1)
-    judge_table5(asked, tmp_path, workers=0)
-    spatial, _ = time_table5(asked, tmp_path, workers=0)
-    text = time_a_layout(summarise(asked, spatial, None).spatial).text
+    asked = Options(methods=("fbs", "choosy"), limit=4, timed=4, repeats=1)
+    spatial, _ = judged_and_timed(Lab(tmp_path, 0), asked)
+    timing = compare(Lab(tmp_path, 0), asked).own.timing
     assert {len(found[0]) for found in spatial.times.cpu.values()} == {len(spatial.cases)}
+    assert timing.layouts == len(spatial.cases)
     if timed:
         assert list(spatial.times.cpu) == ["fbs", "choosy"]
         assert {name for name, _ in spatial.cases} == set(names[1:])
-        assert "11 cases of" in text
-        assert "without those that a method refuses (choosy 1)" in text
+        assert (timing.untimed, timing.refused) == ({}, {"choosy": 1})
     else:
         assert list(spatial.times.cpu) == ["fbs"]
         assert {name for name, _ in spatial.cases} == set(names)
-        assert "choosy was not timed: of 12 cases to be timed 2 refused" in text
+        assert timing.untimed == {"choosy": "of 12 cases to be timed 2 refused"}
 
 
 def test_a_page_whose_methods_all_refuse_says_that_nothing_was_timed(choosy, monkeypatch, tmp_path):
     names = load_benchmark().select("test", limit=2)["layout"]
     monkeypatch.setattr(choosy, "refuses", tuple(names))
-    asked = Table5Options(methods=("choosy",), limit=2, timed=1, repeats=1)
-    judge_table5(asked, tmp_path, workers=0)
-    spatial, _ = time_table5(asked, tmp_path, workers=0)
-    assert spatial.times.cpu == {}
-    text = time_a_layout(summarise(asked, spatial, None).spatial).text
+    asked = Options(methods=("choosy",), limit=2, timed=1, repeats=1)
+    found = compare(Lab(tmp_path, 0), asked)
+    assert found.own.timing.untimed == {"choosy": "of 3 cases to be timed 3 refused"}
+    page = Table5(methods=asked.methods).page(found)
+    [text] = [part.placed[0] for part in page.sections if part.title == "Time a layout"]
     assert "choosy was not timed: of 3 cases to be timed 3 refused" in text
 
 
@@ -317,7 +315,7 @@ def test_one_run_answers_both_questions(tmp_path, monkeypatch):
 
 @pytest.mark.engine("bullet")
 def test_methods_made_for_both_questions_are_judged_and_shown_once_a_question():
-    judged = {question: Table5Options(question=question) for question in Question}
+    judged = {question: Options(question=question) for question in Question}
     one, other = (asked.spatial for asked in judged.values())
     assert one == other
     for question, asked in judged.items():
@@ -353,29 +351,17 @@ def judged(**parts):
     return JudgedSet(**{f.name: None for f in dataclasses.fields(JudgedSet)} | parts)
 
 
-def named(*specs):
-    """A judged set that knows its methods alone."""
-    methods = [types.SimpleNamespace(method=method_key(make_method(spec))) for spec in specs]
-    return judged(evaluation=types.SimpleNamespace(methods=methods))
+def keys_of(*specs):
+    return [method_key(make_method(spec)) for spec in specs]
 
 
 def test_a_page_says_which_rows_are_not_the_papers_own():
-    networks, reading = what_rows_are(named("lstm_1")), what_rows_are(named("ps5@bullet"))
-    assert "networks of our own" in networks
-    assert "after 80 to 154 of 700 epochs" in networks
-    assert "no measure of what a network learns from sequences" in networks
-    assert what_rows_are(named("lstm_e-paper")) == networks
-    assert "PS_3" not in networks
-    assert "converted to SI" in reading
-    assert "LSTM" not in reading
-    assert what_rows_are(named("lstm_e", "ps3@mujoco")) == networks + reading
-    assert what_rows_are(named("sme", "ps3-literal@bullet", "ps_opt@bullet")) == ""
-
-
-def test_a_page_says_the_papers_figure_of_what_it_reads_literally():
-    said = what_rows_are(named("lstm_1", "ps3@bullet"))
-    printed = {row.title: f"{100 * row.accuracy[ALL]:.2f}" for row in paper().rows}
-    assert f"beside {printed['PS_3']} %" in said
+    networks = ((80, 154, 700), False)
+    assert unlike_the_paper(keys_of("lstm_1")) == networks
+    assert unlike_the_paper(keys_of("lstm_e-paper")) == networks
+    assert unlike_the_paper(keys_of("ps5@bullet")) == (None, True)
+    assert unlike_the_paper(keys_of("lstm_e", "ps3@mujoco")) == (networks[0], True)
+    assert unlike_the_paper(keys_of("sme", "ps3-literal@bullet", "ps_opt@bullet")) == (None, False)
 
 
 def test_what_each_engine_was_tuned_for_is_not_told_as_what_the_engine_changes():
@@ -383,7 +369,7 @@ def test_what_each_engine_was_tuned_for_is_not_told_as_what_the_engine_changes()
     tests = Compared({key: np.arange(8) % 3 == 0 for key in keys}, np.arange(8)).pairs()
     own = judged(tests={ALL: tests}, tunings=tunings(SIMULATED))
     said = {
-        same: {(t.first.spec, t.second.spec) for t in own.simulation_pairs(same_tuning=same)}
+        same: {(t.first.spec, t.second.spec) for t in (own.one_tuning if same else own.one_engine)}
         for same in (True, False)
     }
     assert said[True] == {("ps3@bullet", "ps3@mujoco")}
@@ -402,17 +388,13 @@ def test_the_page_compares_every_method_with_the_best_alone():
     own = judged(evaluation=shown, tests={ALL: tests}, tunings=tunings(SIMULATED),
                  timing=types.SimpleNamespace(yardstick=None))  # fmt: skip
     mine = tests.versus(own.best.method).tests
-    alike = [t.first.title for t in mine if not t.significant]
-    assert 0 < len(alike) < len(mine) == 5
-    _, answer, _ = page_module._best(own)
-    assert answer.endswith(f"Of 5 others, each compared with it, these are not significantly "
-                           f"different: {names(alike)}.")  # fmt: skip
-    section = significantly_different(own)
-    assert "a family is the 5 others" in section.text
-    assert "a family is all 15 pairs" in section.text
-    assert [test.corrected for test in section.tables[0].rows] == [t.corrected for t in mine]
-    one_tuning = own.simulation_pairs(same_tuning=True)
-    assert [t.corrected for t in one_tuning] == holm([t.p for t in one_tuning])
+    alike, others = own.alike
+    assert alike == [t for t in mine if not t.significant]
+    assert 0 < len(alike) < others == len(mine) == 5
+    [[best, rows]] = own.against.items()
+    assert best == own.best.method
+    assert [one.test.corrected for one in rows] == [t.corrected for t in mine]
+    assert [t.corrected for t in own.one_tuning] == holm([t.p for t in own.one_tuning])
 
 
 def test_a_pair_that_is_equal_in_the_paper_is_no_order_to_be_kept():

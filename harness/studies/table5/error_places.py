@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -24,18 +26,11 @@ MARGINS = (-np.inf, -20.0, -10.0, -5.0, -1.0, 0.0, 0.5, 1.0, 2.0, 5.0, np.inf)
 
 
 @dataclass(frozen=True, slots=True)
-class SizeBin:
-    """Accuracy on layouts in a bin of the number of items: ``accuracy`` by spec."""
+class CaseBin:
+    """Cases of one class of items, or with about as many: ``items`` on average.
 
-    fewest: int
-    most: int
-    cases: int
-    accuracy: Mapping[str, Estimate]
-
-
-@dataclass(frozen=True, slots=True)
-class ClassBin:
-    """Accuracy on layouts of one class of items: ``accuracy`` by spec; ``items`` in the mean."""
+    ``accuracy``: by spec.
+    """
 
     name: str
     cases: int
@@ -60,23 +55,24 @@ class MarginBin:
     false_alarms: Mapping[str, Estimate]
     misses: Mapping[str, Estimate]
 
+    @property
+    def name(self) -> str:
+        """The margins, for a figure."""
+        if math.isinf(self.low):
+            return f"< {self.high:g}"
+        return f"≥ {self.low:g}" if math.isinf(self.high) else f"{self.low:g}…{self.high:g}"
 
-def class_bins(right: pd.DataFrame, labels: pd.DataFrame) -> tuple[ClassBin, ...]:
+
+def class_bins(right: pd.DataFrame, labels: pd.DataFrame) -> tuple[CaseBin, ...]:
     """Accuracy by class of items; nothing where all cases are of one class, or that is not known.
 
     Arguments as :func:`size_bins`.
     """
-    found = Compared(right, item_lists(labels)).slices(labels["item_class"])
-    if len(found) < 2:
-        return ()
-    items = labels.groupby("item_class")["item_count"].mean()
-    return tuple(
-        ClassBin(own.name, own.cases, own.clusters, float(items[own.name]), own.accuracy)
-        for own in found
-    )
+    found = _bins(right, labels, labels["item_class"])
+    return found if len(found) > 1 else ()
 
 
-def size_bins(right: pd.DataFrame, labels: pd.DataFrame) -> tuple[SizeBin, ...]:
+def size_bins(right: pd.DataFrame, labels: pd.DataFrame) -> tuple[CaseBin, ...]:
     """Accuracy by number of items; bins without a case are left out.
 
     Args:
@@ -86,12 +82,15 @@ def size_bins(right: pd.DataFrame, labels: pd.DataFrame) -> tuple[SizeBin, ...]:
     count = labels["item_count"].astype(int).to_numpy()
     most = max(int(count.max(initial=0)), SIZES[-1][1])
     edges = [*SIZES[:-1], (SIZES[-1][0], most)]
-    place = np.digitize(count, [fewest for fewest, _ in SIZES[1:]])
-    found = Compared(right, item_lists(labels)).slices(place)
+    found = _bins(right, labels, np.digitize(count, [fewest for fewest, _ in SIZES[1:]]))
+    return tuple(replace(own, name="{} to {}".format(*edges[int(own.name)])) for own in found)
+
+
+def _bins(right: pd.DataFrame, labels: pd.DataFrame, by: Any) -> tuple[CaseBin, ...]:
+    items = labels["item_count"].astype(float).groupby(np.asarray(by)).mean()
     return tuple(
-        SizeBin(fewest, largest, own.cases, own.accuracy)
-        for own in found
-        for fewest, largest in [edges[own.name]]
+        CaseBin(str(own.name), own.cases, own.clusters, float(items[own.name]), own.accuracy)
+        for own in Compared(right, item_lists(labels)).slices(by)
     )
 
 

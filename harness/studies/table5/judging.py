@@ -1,4 +1,4 @@
-"""The study of Table 5: its methods, judging and timing; an interrupted run is resumed."""
+"""Methods of the study, judged and timed; an interrupted run is resumed."""
 
 from __future__ import annotations
 
@@ -16,14 +16,13 @@ from steadyload.layouts.model.question import Question, with_question
 from steadyload.methods.contract.method import Status
 from steadyload.methods.contract.spec import parse_spec
 from steadyload.methods.registry import METHODS, each_question, method_class
-from steadyload.progress import Progress, silent
 from steadyload.runs.able import able_methods, asked_question
 from steadyload.runs.definition import StudyDefinition, StudyError
 from steadyload.runs.labels import labelled_material
-from steadyload.runs.pool import Executor
 from steadyload.runs.results import ResultsError, load_manifest, load_results
 from steadyload.runs.runner import run_study
 from steadyload.runs.timing import BLOCK, Times, timed
+from steadyload.studies.kit import Lab
 
 RULES = ("fbs", "pbs0.9", "pbs0.7", "pbs0.5", "sme", "equilibrium", "equilibrium:time=0.3")
 TUNINGS = ("ps5-literal", "ps3-literal", "ps5", "ps3", "ps_opt-paper", "ps_opt")
@@ -75,9 +74,6 @@ def _everywhere(name: str, engines: tuple[str, ...]) -> tuple[str, ...]:
     return tuple(f"{name}@{e}" for e in engines) if method and method.needs_engine else (name,)
 
 
-YARDSTICK = "ps3@mujoco"
-"""The method to which cost ratios refer, where it was timed."""
-
 PART = "test"
 """Part of the labelled set; nothing was tuned, trained or fitted on it."""
 
@@ -91,21 +87,15 @@ _NO_PLANAR_LABELS = "judges planar layouts alone, which have no labels of this q
 
 
 @dataclass(frozen=True)
-class Table5Options:
-    """Options of the study of Table 5.
+class Options:
+    """Cases and methods that are judged and timed; other fields are options of the study.
 
     Attributes:
-        methods: required specs: one that cannot judge is an error. Empty for
-            :func:`standard_methods`, of which those that cannot judge are left out, with a reason.
-        limit: cases a scenario, those of the first ranks; None for all.
-        timed: cases a scenario that are timed.
-        repeats: number of repetitions of the timing.
-        block: cases that a method judges in a turn while it is timed.
-        part: of the labelled sets.
-        directory: folder of the labelled set that 3-D methods judge, or a word of
-            :data:`steadyload.layouts.benchmark.dataset.SETS`; empty for the large one.
-        question: whose labels and methods the page shows. What is judged and timed does not hang
+        question: whose labels and methods the page shows. What is judged and timed does not depend
             on it, but that planar layouts have no labels of the question ``stands``.
+        spatial: specs of the methods that judge 3-D layouts.
+        planar: specs of those on 2-D engines.
+        left_out: by spec, the reason why one of :func:`standard_methods` cannot judge.
 
     Raises:
         StudyError: a number out of range, or no method judges 3-D layouts.
@@ -114,22 +104,17 @@ class Table5Options:
     """
 
     methods: tuple[str, ...] = ()
+    directory: str = ""
+    question: Question = Question.WITHIN
     limit: int | None = None
     timed: int = 100
     repeats: int = 3
-    block: int = BLOCK
-    part: str = PART
-    directory: str = ""
-    question: Question = Question.WITHIN
     spatial: tuple[str, ...] = field(init=False)
-    """Specs of the methods that judge 3-D layouts."""
     planar: tuple[str, ...] = field(init=False)
-    """Specs of those on 2-D engines."""
     left_out: Mapping[str, str] = field(init=False)
-    """By spec, the reason why one of :func:`standard_methods` cannot judge."""
 
     def __post_init__(self) -> None:
-        for name in ("limit", "timed", "repeats", "block"):
+        for name in ("limit", "timed", "repeats"):
             value = getattr(self, name)
             if value is not None and value < 1:
                 raise StudyError(f"{name} is {value}; allowed: 1 or more")
@@ -160,12 +145,12 @@ class Table5Options:
             return tuple(spec for spec in self.spatial if spec not in stands)
         return tuple(s for s in self.spatial if with_question(s, Question.STANDS) not in stands)
 
-    def study(self, *, planar: bool) -> StudyDefinition:
-        """Definition of all 3-D methods on their set, or of those shown and 2-D ones on planar."""
+    def definition(self, *, planar: bool) -> StudyDefinition:
+        """Of all 3-D methods on their set, or of those shown and 2-D ones on planar layouts."""
         return StudyDefinition(
             name=f"table5 {PLANAR}" if planar else "table5",
             methods=(*self.shown, *self.planar) if planar else self.spatial,
-            benchmark=self.part,
+            benchmark=PART,
             benchmark_directory=PLANAR if planar else set_named(self.directory),
             limit=self.limit,
             shard_size=_SHARD_SIZE,
@@ -174,23 +159,28 @@ class Table5Options:
 
 @dataclass(frozen=True)
 class Ran:
-    """A part of the study that was judged and timed.
+    """A set whose cases were judged, and some of them timed.
 
     Attributes:
-        study: its definition.
-        directory: its run folder.
+        definition: what was judged.
+        folder: of the run.
         cases: those that were timed, (layout, scenario) in the order of the times.
         times: of the methods that were timed.
         untimed: by spec, the reason why a method was not timed.
         refused: by spec, number of cases that no method was timed on because this one refuses them.
     """
 
-    study: StudyDefinition
-    directory: Path
+    definition: StudyDefinition
+    folder: Path
     cases: tuple[tuple[str, str], ...]
     times: Times
     untimed: Mapping[str, str]
     refused: Mapping[str, int]
+
+    @property
+    def is_planar(self) -> bool:
+        """Whether its layouts are planar."""
+        return self.definition.benchmark_directory == PLANAR
 
     def timed_among(self, cases: pd.Index) -> Ran:
         """The same with the times of those cases alone that are among some."""
@@ -204,70 +194,38 @@ class Ran:
         return dataclasses.replace(self, cases=chosen, times=times)
 
 
-def judge_table5(
-    asked: Table5Options,
-    work: Path,
-    *,
-    workers: int | Executor,
-    progress: Progress = silent,
-) -> None:
-    """Judge all cases; an interrupted run is resumed.
+def judged_and_timed(lab: Lab, asked: Options) -> tuple[Ran, Ran | None]:
+    """Judge all cases, then time some of them; an interrupted run is resumed.
 
     Args:
+        lab: where they are judged; with 0 workers also the timing is in this process, else in one
+            beside it.
         asked: the options.
-        work: folder of the run folders.
-        workers: processes that judge, or an executor; 0 judges in this process.
-        progress: called with rows done and rows in all, of one set after the other.
-
-    Raises:
-        ResultsError: the folder holds another study; or as the next one.
-        as :func:`steadyload.runs.runner.run_study`.
-    """
-    if (work / "manifest.json").exists():  # its page would be overwritten
-        name = load_manifest(work)["study"]["name"]
-        raise ResultsError(f"{work}: holds the study {name!r}; choose another folder")
-    for planar, folder in _folders(asked, work).items():
-        run_study(asked.study(planar=planar), folder, workers=workers, progress=progress)
-
-
-def time_table5(
-    asked: Table5Options,
-    work: Path,
-    *,
-    workers: int = 1,
-    progress: Progress = silent,
-) -> tuple[Ran, Ran | None]:
-    """Time some of the cases, after all were judged; an interrupted run is resumed.
-
-    Args:
-        asked: the options.
-        work: folder of the run folders.
-        workers: 0 times in this process, any other number in one beside it, with a single thread.
-        progress: called with repeats done and repeats in all, of one set after the other.
 
     Returns:
         The 3-D part, and the planar one; None without a 2-D method.
 
     Raises:
-        ResultsError: no case was judged yet.
-        as :func:`steadyload.runs.timing.timed`.
+        ResultsError: the folder holds another study.
+        as :func:`steadyload.runs.runner.run_study`, :func:`steadyload.runs.timing.timed`.
     """
-    folders = _folders(asked, work).items()
-    found = [_timed(asked, planar, folder, workers, progress) for planar, folder in folders]
+    if (lab.work / "manifest.json").exists():  # its page would be overwritten
+        name = load_manifest(lab.work)["study"]["name"]
+        raise ResultsError(f"{lab.work}: holds the study {name!r}; choose another folder")
+    folders = {SPATIAL: asked.definition(planar=False)}
+    if asked.planar:
+        folders[PLANAR] = asked.definition(planar=True)
+    for name, definition in folders.items():
+        run_study(
+            definition, lab.work / name, workers=lab.workers,
+            progress=lambda *of: lab.progress("judging", *of),
+        )  # fmt: skip
+    found = [_timed(lab, asked, own, lab.work / name) for name, own in folders.items()]
     return found[0], found[1] if len(found) > 1 else None
 
 
-def _folders(asked: Table5Options, work: Path) -> dict[bool, Path]:
-    """Run folders by planarity of their layouts: True for planar ones."""
-    folders = {False: work / SPATIAL}
-    return folders | {True: work / PLANAR} if asked.planar else folders
-
-
-def _timed(
-    asked: Table5Options, planar: bool, folder: Path, workers: int, progress: Progress
-) -> Ran:
-    study = asked.study(planar=planar)
-    fewer = dataclasses.replace(study, limit=min(asked.timed, asked.limit or asked.timed))
+def _timed(lab: Lab, asked: Options, definition: StudyDefinition, folder: Path) -> Ran:
+    fewer = dataclasses.replace(definition, limit=min(asked.timed, asked.limit or asked.timed))
     cases = {
         (layout.name, str(scenario)): layout for scenario, layout in labelled_material(fewer).cases
     }
@@ -275,16 +233,16 @@ def _timed(
     for case in set().union(*refused.values()):
         del cases[case]
     times = timed(
-        [spec for spec in study.methods if spec not in untimed],
+        [spec for spec in definition.methods if spec not in untimed],
         list(cases.values()),
         folder / "times",
         repeats=asked.repeats,
-        block=asked.block,
-        workers=workers,
-        progress=progress,
+        block=BLOCK,
+        workers=lab.workers,
+        progress=lambda *of: lab.progress("timing", *of),
     )
     counts = {spec: len(own) for spec, own in refused.items()}
-    return Ran(study, folder, tuple(cases), times, untimed, counts)
+    return Ran(definition, folder, tuple(cases), times, untimed, counts)
 
 
 def _not_judged(

@@ -9,7 +9,7 @@ cannot be expected to agree with the label more often than they agree among them
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from steadyload.layouts.benchmark.confidence import Reason
 from steadyload.layouts.benchmark.dataset import KEYS
+from steadyload.reports.columns import column, percent, row
 from steadyload.runs.accuracy import accuracy_of
 from steadyload.runs.evaluation import ALL, in_group
 from steadyload.runs.labels import item_lists
@@ -40,24 +41,25 @@ Answers = NDArray[np.float64]
 """Items placed safely, NaN without a verdict: shape (cases, verdicts)."""
 
 
-@dataclass(frozen=True, slots=True)
+@row
 class CeilingRow:
     """Agreement of the verdicts of an ensemble of references.
 
     ``judges``: number of further verdicts on a case, besides the label. ``label``: agreement of
     each of them with the label. ``twin``: of two of all verdicts, drawn at random. ``plurality``:
     of one of all verdicts, drawn at random, with the most frequent of the others. The last two are
-    None where there is no ensemble.
+    None where there is no ensemble. ``answers``: of all groups, for a table.
     """
 
-    name: str
-    judges: int
-    label: Estimate
+    name: str = column("what changes")
+    judges: int = column("further answers")
+    label: Estimate = column("accuracy %", percent)
     twin: Estimate | None
     plurality: Estimate | None
+    answers: Mapping[str, Estimate | None] = column("{} %", percent, default_factory=dict)
 
 
-@dataclass(frozen=True, slots=True)
+@row
 class Ceiling:
     """Ceiling of the labels.
 
@@ -67,6 +69,21 @@ class Ceiling:
 
     by_group: Mapping[str, tuple[CeilingRow, ...]]
     engines: tuple[CeilingRow, ...]
+
+    @property
+    def rows(self) -> list[CeilingRow]:
+        """Rows of all cases, with the answers of every group."""
+        return [
+            replace(
+                own,
+                answers={
+                    f"{title}, {group}": getattr(rows[place], name)
+                    for group, rows in self.by_group.items()
+                    for name, title in (("twin", "two answers"), ("plurality", "best guess"))
+                },
+            )
+            for place, own in enumerate(self.by_group[ALL])
+        ]
 
 
 def label_ceiling(labels: pd.DataFrame, opinions: pd.DataFrame) -> Ceiling | None:
@@ -153,12 +170,12 @@ def plurality(answers: Answers) -> NDArray[np.float64]:
         answers: items placed safely, shape (cases, verdicts), two or more verdicts.
     """
     found = np.zeros(len(answers))
-    for row, case in enumerate(answers):
+    for place, case in enumerate(answers):
         values, counts = np.unique(case[~np.isnan(case)], return_counts=True)
         for value, count in zip(values, counts, strict=True):
             # Without one verdict of this value: where it is most frequent, and its ties.
             others = np.where(values == value, counts - 1, counts)
             leads = others.max()
             if count - 1 == leads and leads > 0:
-                found[row] += count / (others == leads).sum()
+                found[place] += count / (others == leads).sum()
     return found / answers.shape[1]

@@ -1,33 +1,44 @@
-"""Configuration of the study of Table 5."""
+"""All methods on the labelled test split: accuracy, cost, and where they err."""
 
 from __future__ import annotations
 
-import dataclasses
-from dataclasses import dataclass
+from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from steadyload.config import methods_option, option, set_option
-from steadyload.progress import NamedProgress, silent
-from steadyload.studies.study import PublishedPage, Study
+from steadyload.studies.kit import Lab, PublishedPage, Study, methods_option, option, set_option
 
 if TYPE_CHECKING:
-    from steadyload.studies.table5.judging import Table5Options
+    from steadyload.studies.table5.comparing import Found
+
+_PUBLISHED = "--directory lists --limit 300 --timed 20 --repeats 2"
+"""300 cases a scenario, as many as the paper has, of many item lists."""
 
 
-@dataclass(frozen=True)
-class Table5Config:
+class Table5(Study["Found"]):
     """Which methods, on how many cases, and how often they are timed."""
+
+    question = "How accurate is every method on every engine, and what does it cost?"
+    about = "all methods on the labelled test split, as Table 5 of the paper, every engine"
+    workers = 0
+    pages = (
+        PublishedPage("table5", f"{_PUBLISHED} --rules 25"),
+        PublishedPage(
+            "table5_stands", f"{_PUBLISHED} --question stands",
+            question="How accurate is every method where a load has to stand until it rests?",
+        ),
+    )  # fmt: skip
 
     methods: tuple[str, ...] = methods_option(
         "may be repeated (default: the paper's methods on every engine, and our own)"
     )
     directory: str = set_option()
-    question: str = option(
+    asked: str = option(
         "within",
         "whose labels and methods the page shows, within or stands (default: within); those of "
         "both are judged",
         metavar="QUESTION",
+        names=("--question",),
         choices="steadyload.layouts.model.question:Question",
     )
     limit: int | None = option(None, "only the first N cases a scenario", least=2)
@@ -41,69 +52,33 @@ class Table5Config:
         "(default: 0, none)",
         least=0,
     )
-
-    def options(self) -> Table5Options:
-        """The options of the study, with the methods that can judge and reasons for the others."""
-        from steadyload.layouts.model.question import Question
-        from steadyload.studies.table5.judging import Table5Options
-
-        return Table5Options(
-            self.methods, self.limit, self.timed, self.repeats, directory=self.directory,
-            question=Question(self.question),
-        )  # fmt: skip
-
-
-_PUBLISHED = "--directory lists --limit 300 --timed 20 --repeats 2"
-"""300 cases a scenario, as many as the paper has, of many item lists."""
-
-
-class Table5(Study[Table5Config, Any]):
-    """All methods on the labelled test split."""
-
-    name = "table5"
-    question = "How accurate is every method on every engine, and what does it cost?"
-    about = "all methods on the labelled test split, as Table 5 of the paper, every engine"
-    Config = Table5Config
-    workers = 0
-    published = (
-        PublishedPage("table5", f"{_PUBLISHED} --rules 25"),
-        PublishedPage(
-            "table5_stands",
-            f"{_PUBLISHED} --question stands",
-            question="How accurate is every method where a load has to stand until it rests?",
-        ),
+    views: int = option(
+        0,
+        "write pages that play N of the cases that divide the methods, and link them (default: 0)",
+        least=0,
     )
 
-    def run(
-        self,
-        config: Table5Config,
-        work: Path,
-        *,
-        workers: int = 1,
-        progress: NamedProgress = silent,
-    ) -> Any:
-        """The summary of the run, judged over processes and timed in one; also writes the front."""
-        from steadyload.studies.kit import Lab
-        from steadyload.studies.rankings import ranked
-        from steadyload.studies.table5.judging import judge_table5, time_table5
-        from steadyload.studies.table5.summary import summarise, write_timed_front
+    def run(self, lab: Lab) -> Found:
+        """Judged over processes, timed in one; also writes the front that ``recommend`` reads."""
+        from steadyload.app.viewing import require_library
+        from steadyload.layouts.model.question import Question
+        from steadyload.studies.table5.comparing import compare
+        from steadyload.studies.table5.judging import Options
 
-        asked = config.options()
-        judge_table5(asked, work, workers=workers, progress=lambda *of: progress("judging", *of))
-        spatial, planar = time_table5(asked, work, progress=lambda *of: progress("timing", *of))
-        found = summarise(asked, spatial, planar)
-        write_timed_front(found, work)
-        if config.rules and config.question == "within":
-            lab = Lab(work / "rules", workers, progress)
-            rules = ranked(lab, config.methods, config.rules, config.directory)
-            found = dataclasses.replace(found, rules=rules)
-        return found
+        if self.views:
+            require_library()  # before hours of work
+        options = Options(
+            self.methods, self.directory, Question(self.asked), self.limit, self.timed,
+            self.repeats,
+        )  # fmt: skip
+        return compare(lab, options, rules=self.rules, views=self.views)
 
-    def page(self, result: Any) -> Any:
-        """The page of the table, its tests, and the errors of methods."""
-        from steadyload.studies.table5.page import table5_page
+    def beside(self, found: Found, folder: Path) -> None:
+        """Pages that play cases."""
+        from steadyload.studies.table5.watched import write_views
 
-        return table5_page(result)
+        write_views(found.own.watched, folder)
 
-
-STUDY = Table5()
+    def remarks(self, found: Found) -> Iterable[str]:
+        """Methods that were left out, and why."""
+        return [f"{spec} is left out: {why}" for spec, why in found.left_out.items()]

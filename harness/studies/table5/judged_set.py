@@ -1,0 +1,354 @@
+"""All methods on a part of a labelled set, and what tables and charts show of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from steadyload.methods.naming import MethodKey
+from steadyload.reports.columns import (
+    compact,
+    fixed,
+    row,
+)
+from steadyload.runs.agreement import AgreementMatrix, Pair
+from steadyload.runs.comparison import Family, PairTest
+from steadyload.runs.evaluation import (
+    ALL,
+    Evaluation,
+    LabelledPart,
+    MethodEvaluation,
+    cheapest_near,
+)
+from steadyload.runs.paper import Paper
+from steadyload.statistics.error_costs import LEAST, MOST, cheapest_by_ratio
+from steadyload.studies.table5.error_places import (
+    CaseBin,
+    MarginBin,
+)
+from steadyload.studies.table5.rows import (
+    Against,
+    Beside,
+    Cheapest,
+    Difference,
+    MarginCell,
+    Point,
+    Result,
+    Timing,
+)
+from steadyload.studies.table5.watched import Watch
+
+NEAR = 0.01
+"""Largest difference to the best accuracy at which a method counts as nearly as accurate."""
+
+YARDSTICK = "ps3@mujoco"
+"""The method to which cost ratios refer, where it was timed."""
+
+RATIOS = (0.01, 0.1, 1.0, 10.0, 100.0)
+"""Costs of an overestimation in a table, in units of that of an underestimation."""
+
+_FEW = 10
+_ROUNDED = 0.0101
+"""Largest difference [ms] of a mean of printed numbers to a printed mean, rounded to 0.01 ms."""
+
+
+@row
+class JudgedSet:
+    """All methods on a part of a labelled set.
+
+    Attributes:
+        tests: by group, all pairs; of few item lists each method against one.
+        tunings: by spec of a simulation, a text of its parameters; equal for equal parameters.
+        fronts: by group, specs of methods than which no cheaper one is as accurate, by rising cost;
+            empty where nothing was timed.
+        classes, margins: empty where the set has none.
+        without_label: cases that were judged and have no label of the question, by the way in which
+            labelling ended.
+        paper: the table of the paper; None where the question is not the paper's.
+    """
+
+    evaluation: Evaluation
+    layouts: int
+    timing: Timing
+    tests: Mapping[str, Family[MethodKey]]
+    tunings: Mapping[str, str]
+    fronts: Mapping[str, Sequence[str]]
+    matrix: AgreementMatrix
+    classes: Sequence[CaseBin]
+    sizes: Sequence[CaseBin]
+    margins: Sequence[MarginBin]
+    watched: Sequence[Watch]
+    without_label: Mapping[str, int]
+    paper: Paper | None
+
+    @property
+    def groups(self) -> tuple[str, ...]:
+        """All cases, then the scenarios."""
+        return self.evaluation.groups
+
+    @property
+    def about(self) -> LabelledPart:
+        """About the labels of the cases."""
+        assert self.evaluation.labelled is not None, "the study is on a labelled set"
+        return self.evaluation.labelled
+
+    @property
+    def best(self) -> MethodEvaluation:
+        """The most accurate method."""
+        return max(self.evaluation.methods, key=lambda m: m.accuracy.value)
+
+    @property
+    def near_best(self) -> MethodEvaluation | None:
+        """The cheapest method that is nearly as accurate; None where nothing was timed."""
+        return cheapest_near(self.evaluation.methods, NEAR)
+
+    @property
+    def alike(self) -> tuple[Sequence[PairTest[MethodKey]], int]:
+        """Tests of methods that do not differ significantly from the best, and of how many."""
+        others = self.tests[ALL].versus(self.best.method).tests
+        return [test for test in others if not test.significant], len(others)
+
+    @property
+    def front(self) -> list[MethodEvaluation]:
+        """Methods than which no cheaper one is as accurate, by rising cost."""
+        return [self.evaluation.row(spec) for spec in self.fronts[ALL]]
+
+    @property
+    def rows(self) -> Mapping[str, Sequence[Result]]:
+        """A row a method, by group."""
+        return {group: self._results(group) for group in self.groups}
+
+    @property
+    def results(self) -> Sequence[Result]:
+        """A row a method, on all cases."""
+        return self._results(ALL)
+
+    @property
+    def few(self) -> list[Result]:
+        """The methods of charts: the front, the yardstick, and the best of further families."""
+        results = {own.own.method.spec: own for own in self.results}
+        shown = [spec for spec in dict.fromkeys((*self.fronts[ALL], YARDSTICK)) if spec in results]
+        families = {results[spec].own.method.family for spec in shown}
+        for own in sorted(results.values(), key=lambda one: -one.own.accuracy.value):
+            if len(shown) < _FEW and own.own.method.family not in families:
+                families.add(own.own.method.family)
+                shown.append(own.own.method.spec)
+        return [own for spec, own in results.items() if spec in shown[:_FEW]]
+
+    def _results(self, group: str) -> list[Result]:
+        tests, timing, own = self.tests[group], self.timing, self.evaluation
+        yard = self.paper and timing.yardstick and self.paper.row_of(timing.yardstick)
+        against = {test.first: test for test in tests.tests if tests.against}
+        found = []
+        for one in own.rows[group]:
+            spec = one.method.spec
+            share = "1" if timing.yardstick == one.method else timing.shares[group].get(spec)
+            like = self.paper.like(one.method) if self.paper else None
+            more: dict[str, Any] = {}
+            if group == ALL:
+                by = {name: own.row(spec, name) for name in self.groups}
+                more = {
+                    "classes": {f"{b.name} (n {b.cases})": b.accuracy[spec] for b in self.classes},
+                    "sizes": {f"{b.name} (n {b.cases})": b.accuracy[spec] for b in self.sizes},
+                    "scenarios": {name: by[name].accuracy for name in self.groups[1:]},
+                    "cpu_by": {
+                        name: by[name].cpu.value if by[name].cpu.n else None
+                        for name in self.groups[1:]
+                    },
+                    "cost_at": {
+                        f"{ratio:g}": one.errors.cost(ratio) if one.errors else None
+                        for ratio in RATIOS
+                    },
+                    "alarms": {
+                        f"{_span(bin_)} (n {bin_.holding})": bin_.false_alarms[spec]
+                        for bin_ in self.margins
+                        if bin_.high <= 0.0 and bin_.holding
+                    },
+                    "fragile_errors": _fragile_errors(one),
+                    "spread": timing.spread.get(spec) if timing.repeats > 1 else None,
+                    "versus": against.get(one.method),
+                }
+                if self.paper and (printed := self.paper.row_of(one.method)):
+                    more |= {
+                        "beside": {
+                            name: f"{100 * printed.accuracy[name]:.1f} / "
+                            f"{100 * by[name].accuracy.value:.1f}"
+                            for name in self.paper.among(self.groups)
+                        },
+                        "paper_wall": printed.runtime[ALL],
+                        "paper_share": printed.runtime[ALL] / yard.runtime[ALL] if yard else None,
+                    }
+            letters = tests.letters.get(one.method)
+            found.append(
+                Result(one, like.accuracy[group] if like else None, letters, share, **more)
+            )
+        return found
+
+    @property
+    def cheapest(self) -> list[Cheapest]:
+        """The methods whose errors cost least, by rising ratio of costs."""
+        rows = {m.method.spec: m for m in self.evaluation.methods}
+        shares = {spec: m.errors for spec, m in rows.items() if m.errors is not None}
+        return [
+            Cheapest(each.least, each.most, rows[each.method]) for each in cheapest_by_ratio(shares)
+        ]
+
+    @property
+    def cost_results(self) -> list[Result]:
+        """Methods on the front, and those whose errors cost least at some ratio."""
+        shown = {*self.fronts[ALL], *(each.own.method.spec for each in self.cheapest)}
+        return [own for own in self.results if own.own.method.spec in shown]
+
+    @property
+    def error_costs(self) -> list[Point]:
+        """Expected costs of errors over the ratio, of methods that are the cheapest at some."""
+        methods = dict.fromkeys(each.own.method for each in self.cheapest)
+        found = []
+        for key in methods:
+            errors = self.evaluation.row(key.spec).errors
+            for ratio in np.geomspace(LEAST, MOST, 9):
+                cost = None if errors is None else errors.cost(float(ratio))
+                known = cost if cost is not None and cost.value > 0.0 else None
+                found.append(Point(key, key.title, float(ratio), known))
+        return found
+
+    @property
+    def against(self) -> Mapping[MethodKey, Sequence[Against]]:
+        """Every method compared with the yardstick, and with the best one."""
+        held = dict.fromkeys(filter(None, [self.timing.yardstick, self.best.method]))
+        return {key: self._against(key) for key in held}
+
+    def _against(self, held: MethodKey) -> list[Against]:
+        found = {group: tests.versus(held) for group, tests in self.tests.items()}
+
+        def brief(test: PairTest[MethodKey]) -> str:
+            return f"{round(100 * test.difference.value, 1) + 0.0:.1f} ({compact(test.corrected)})"
+
+        return [
+            Against(
+                test,
+                {g: brief(found[g].of(test.first, held)) for g in self.groups[1:]},
+            )
+            for test in found[ALL].tests
+        ]
+
+    @property
+    def differences(self) -> list[Difference]:
+        """Differences between the few methods, the most accurate first."""
+        few = sorted((own.own for own in self.few), key=lambda m: -m.accuracy.value)
+        return [
+            Difference(one.method.title, other.method.title, test.difference, not test.significant)
+            for one in few
+            for other in few
+            if one is not other and (test := self.tests[ALL].of(one.method, other.method))
+        ]
+
+    @property
+    def one_tuning(self) -> Sequence[PairTest[MethodKey]]:
+        """Pairs of simulations with one tuning, on two engines; a family of their own."""
+        return self._simulations(same_tuning=True)
+
+    @property
+    def one_engine(self) -> Sequence[PairTest[MethodKey]]:
+        """Pairs of simulations with two tunings, on one engine; a family of their own."""
+        return self._simulations(same_tuning=False)
+
+    def _simulations(self, *, same_tuning: bool) -> Sequence[PairTest[MethodKey]]:
+        of = self.tunings
+
+        def asked(test: PairTest[MethodKey]) -> bool:
+            one, other = test.first, test.second
+            return (
+                one.spec in of
+                and other.spec in of
+                and (of[one.spec] == of[other.spec]) == same_tuning
+                and (one.engine == other.engine) != same_tuning
+            )
+
+        return self.tests[ALL].only(asked).tests
+
+    @property
+    def beside_paper(self) -> list[Beside]:
+        """Methods of the paper that judge here as there, by group."""
+        if self.paper is None:
+            return []
+        return [
+            Beside(one, "all scenarios" if group == ALL else group, [like.accuracy[group]])
+            for group in self.paper.among(self.groups)
+            for one in self.evaluation.rows[group]
+            if (like := self.paper.like(one.method))
+        ]
+
+    @property
+    def named_alike(self) -> list[Result]:
+        """Methods that the paper has, too, or a namesake of."""
+        return [own for own in self.results if own.beside]
+
+    @property
+    def odd_averages(self) -> str:
+        """Methods whose average of times in the paper is not the mean of its scenarios."""
+        return ", ".join(
+            f"{one.title} {one.runtime[ALL]:.2f} (mean {one.runtime_mean:.2f})"
+            for one in (self.paper.rows if self.paper else ())
+            if abs(one.runtime_mean - one.runtime[ALL]) > _ROUNDED
+        )
+
+    @property
+    def by_size(self) -> list[Point]:
+        """Accuracy of methods on the front by number of items."""
+        keys = [own.method for own in self.front]
+        return [
+            Point(key, key.title, bin_.items, bin_.accuracy[key.spec])
+            for key in keys
+            for bin_ in self.sizes
+        ]
+
+    @property
+    def false_alarms(self) -> list[MarginCell]:
+        """Of steps that hold by the label, those that a method calls failing."""
+        return self._margins("false_alarms", "holding")
+
+    @property
+    def misses(self) -> list[MarginCell]:
+        """Of failing steps by the label, those that a method calls holding."""
+        return self._margins("misses", "failing")
+
+    def _margins(self, errors: str, counted: str) -> list[MarginCell]:
+        return [
+            MarginCell(
+                own.own.method.title,
+                f"{bin_.name} (n {getattr(bin_, counted)})",
+                getattr(bin_, errors)[own.own.method.spec],
+            )
+            for own in self.few
+            for bin_ in self.margins
+            if getattr(bin_, counted)
+        ]
+
+    @property
+    def agreement(self) -> list[Pair]:
+        """How often two of the few methods say the same."""
+        titles = {own.own.method.title for own in self.few}
+        return [pair for pair in self.matrix.cells if {pair.of, pair.other} <= titles]
+
+    @property
+    def answer_chart(self) -> Any:
+        """The chart of the answers of all methods, for the HTML page; None without them."""
+        from steadyload.studies.agreement_section import answer_chart
+
+        return answer_chart(self.matrix)
+
+
+def _span(bin_: MarginBin) -> str:
+    below = bin_.low == float("-inf")
+    return f"below {bin_.high:g}" if below else f"{bin_.low:g} to {bin_.high:g}"
+
+
+def _fragile_errors(one: MethodEvaluation) -> str | None:
+    """Share of a method's errors that are on fragile labels."""
+    if one.fragile.n == 0 or one.accuracy.value == 1.0:
+        return None
+    wrong = (1.0 - one.accuracy.value) * one.accuracy.n
+    return f"{fixed(100 * (1.0 - one.fragile.value) * one.fragile.n / wrong)} (of {fixed(wrong)})"

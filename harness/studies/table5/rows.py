@@ -1,0 +1,148 @@
+"""Rows of the tables and charts of an evaluation. Shares are 0 to 1, times in ms."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import partial
+
+from steadyload.methods.naming import MethodKey
+from steadyload.reports.columns import (
+    cell,
+    column,
+    compact,
+    factor,
+    percent,
+    plain_percent,
+    row,
+    significant,
+)
+from steadyload.runs.comparison import PairTest
+from steadyload.runs.evaluation import (
+    MethodEvaluation,
+)
+from steadyload.statistics.estimate import Estimate
+
+_whole = partial(plain_percent, digits=0)
+
+
+def _share(found: Estimate | str | None) -> str:
+    return factor(found) if isinstance(found, Estimate) else cell(found)
+
+
+def _alarms(found: Estimate) -> str:
+    return f"{percent(found)}, n {found.n}"
+
+
+@row
+class Result:
+    """One method on a group of cases; what is by class, size, margin or ratio is of all cases.
+
+    Attributes:
+        own: accuracy, errors and cost.
+        share: CPU time over that of the yardstick on the same cases; 1 for itself.
+        cost_at: expected cost of errors, by the cost of an overestimation.
+        alarms: false alarms on steps that do not balance, by margin.
+        beside: accuracy in the paper and here, by group.
+        versus: the test against one method; None where all pairs are tested, and for that method.
+    """
+
+    own: MethodEvaluation
+    paper: float | None = column("paper %", partial(plain_percent, digits=2))
+    letters: str | None = column()
+    share: Estimate | str | None = column(form=_share)
+    classes: Mapping[str, Estimate] = column("class {}", percent, default_factory=dict)
+    sizes: Mapping[str, Estimate] = column("{}", percent, default_factory=dict)
+    scenarios: Mapping[str, Estimate] = column("{} %", percent, default_factory=dict)
+    cpu_by: Mapping[str, float | None] = column("{} CPU ms", significant, default_factory=dict)
+    cost_at: Mapping[str, Estimate | None] = column("cost at {}", factor, default_factory=dict)
+    alarms: Mapping[str, Estimate] = column("{}", _alarms, default_factory=dict)
+    fragile_errors: str | None = column("errors on fragile labels %", default=None)
+    spread: float | None = column("spread of repeats %", _whole, default=None)
+    beside: Mapping[str, str] = column("{} %, paper / ours", default_factory=dict)
+    paper_wall: float | None = column("paper, wall ms", compact, default=None)
+    paper_share: float | None = column("paper, of its PS_3", compact, default=None)
+    versus: PairTest[MethodKey] | None = None
+
+    @property
+    def ratio(self) -> str | None:
+        """The share without its interval."""
+        return compact(self.share.value) if isinstance(self.share, Estimate) else self.share
+
+
+@row
+class Point:
+    """A value of a method at a place of a curve."""
+
+    method: MethodKey
+    title: str
+    x: float | str
+    value: Estimate | None
+
+
+@row
+class MarginCell:
+    """Errors of a method on steps of some margin."""
+
+    method: str
+    margin: str
+    share: Estimate
+
+
+@row
+class Difference:
+    """Accuracy of one method minus that of another one."""
+
+    first: str
+    second: str
+    difference: Estimate
+    open: bool
+
+
+@row
+class Against:
+    """A method compared with one other; ``scenarios``: difference [points] and corrected p."""
+
+    test: PairTest[MethodKey]
+    scenarios: Mapping[str, str] = column("{}")
+
+
+@row
+class Cheapest:
+    """The ratios of the costs of errors at which a method is the cheapest one."""
+
+    least: float = column("ratio from", compact)
+    most: float = column("to", compact)
+    own: MethodEvaluation
+
+
+@row
+class Beside:
+    """A method and the paper's of its name, on a group of cases; ``printed``: of the paper."""
+
+    own: MethodEvaluation
+    group: str
+    printed: Sequence[float]
+
+
+@row
+class Timing:
+    """The timing pass besides the times in the rows of the evaluation.
+
+    Attributes:
+        yardstick: the method that shares refer to; None where it was not timed.
+        spread: by spec, largest minus smallest mean of a repeat, over the mean.
+        untimed: methods without times, with the reason.
+        refused: of methods with times, cases that they refuse; no method was timed on those.
+        load: sentence on what else the machine did.
+    """
+
+    yardstick: MethodKey | None
+    shares: Mapping[str, Mapping[str, Estimate]]
+    spread: Mapping[str, float]
+    layouts: int
+    item_lists: int
+    repeats: int
+    block: int
+    untimed: Mapping[str, str]
+    refused: Mapping[str, int]
+    load: str
