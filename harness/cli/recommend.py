@@ -43,8 +43,8 @@ class Recommend:
     )  # fmt: skip
     engine: str | None = option(None, "only methods on this engine, and those that need none")
     run_folder: Path | None = option(
-        None, "work folder of steadyload study real or table5, or run folder of a study on a "
-        "labelled set (default: what comes with the package)",
+        None, "work folder of steadyload real or evaluation, or run folder on a labelled "
+        "set (default: what comes with the package)",
         names=("--from",), metavar="RUN",
     )  # fmt: skip
     write: bool = option(

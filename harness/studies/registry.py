@@ -23,7 +23,7 @@ GROUP = "steadyload.studies"
 
 STUDIES: dict[str, str] = {
     "comparison": "steadyload.studies.comparison.study:Comparison",
-    "table5": "steadyload.studies.table5.study:Table5",
+    "evaluation": "steadyload.studies.evaluation.study:Evaluation",
     "sensitivity": "steadyload.studies.sensitivity.study:Sensitivity",
     "real": "steadyload.studies.real.study:Real",
     "cascade": "steadyload.studies.cascade.study:Cascade",

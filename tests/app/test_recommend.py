@@ -393,7 +393,7 @@ def test_a_run_without_labels_is_none(tmp_path, stack):
 def test_an_interrupted_table_5_is_none_yet(run, tmp_path):
     (tmp_path / "spatial").symlink_to(run)
     with pytest.raises(
-        FrontError, match="not whole there yet; go on with steadyload study table5 --work"
+        FrontError, match="not whole there yet; go on with steadyload evaluation --work"
     ):
         measured_in(tmp_path)
 

@@ -14,8 +14,8 @@ from steadyload.runs.results import load_results
 from steadyload.runs.runner import run_study
 from steadyload.studies.comparison.comparing import compare
 from steadyload.studies.comparison.study import Comparison
+from steadyload.studies.evaluation.study import Evaluation
 from steadyload.studies.kit import Lab
-from steadyload.studies.table5.study import Table5
 
 METHODS = ("fbs", "pbs0.5", "sme", "equilibrium", "ps3@mujoco")
 MEGABYTES = 5.0
@@ -32,9 +32,9 @@ def run(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def table5(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("table5")
-    study = Table5(methods=METHODS, limit=4, timed=2, repeats=1)
+def evaluation(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("evaluation")
+    study = Evaluation(methods=METHODS, limit=4, timed=2, repeats=1)
     return write_page(study.page(study.run(Lab(folder, 0))), folder / "page").with_suffix(".html")
 
 
@@ -79,7 +79,7 @@ def press_header(browser, title):
     )
 
 
-@pytest.mark.parametrize("kind", ["run", "table5"])
+@pytest.mark.parametrize("kind", ["run", "evaluation"])
 def test_a_page_needs_nothing_else_and_answers_first(kind, opened, request):
     path = request.getfixturevalue(kind)
     assert path.stat().st_size < MEGABYTES * 1e6
@@ -138,7 +138,7 @@ def test_a_long_table_is_filtered_and_shows_few_columns_first(opened, tmp_path):
     assert len(csv) == 13
 
 
-@pytest.mark.parametrize("kind", ["run", "table5"])
+@pytest.mark.parametrize("kind", ["run", "evaluation"])
 @pytest.mark.parametrize("width", [500, 1440])
 def test_a_chart_names_methods_and_shows_a_group_or_an_engine(kind, width, opened, request):
     page = opened(request.getfixturevalue(kind), width)
@@ -161,7 +161,7 @@ def test_a_chart_names_methods_and_shows_a_group_or_an_engine(kind, width, opene
     assert page.value("document.documentElement.scrollWidth") <= width
 
 
-@pytest.mark.parametrize("kind", ["run", "table5"])
+@pytest.mark.parametrize("kind", ["run", "evaluation"])
 def test_cases_on_which_two_methods_differ_open_their_player(kind, opened, request):
     path = request.getfixturevalue(kind)
     page = opened(path)

@@ -14,7 +14,7 @@ from steadyload.methods import registry
 from steadyload.methods.registry import make_method, method_listing
 from steadyload.plugins import PluginError
 from steadyload.studies import registry as study_registry
-from steadyload.studies.table5.judging import standard_methods
+from steadyload.studies.evaluation.judging import standard_methods
 
 CODE = """
 from dataclasses import dataclass

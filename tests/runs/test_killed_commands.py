@@ -243,9 +243,9 @@ COMMANDS = {
         "train --data SET --option hidden=8 --option epochs=6 --threads 1 --members 2 "
         "--left-out 0.2 -o out", weights,
     ),
-    "table5": (
-        "table5 -m fbs -m sme -m equilibrium --limit 3 --timed 2 --repeats 1 -j 2 --work out "
-        "-o page", spatial_verdicts,
+    "evaluation": (
+        "evaluation -m fbs -m sme -m equilibrium --limit 3 --timed 2 --repeats 1 -j 2 --work out "
+        "-o page", verdicts,
     ),
 }  # fmt: skip
 """Commands that can be gone on with, and what they make, without clocks."""

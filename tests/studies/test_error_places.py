@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from steadyload.studies.table5.error_places import MARGINS, class_bins, margin_bins, size_bins
+from steadyload.studies.evaluation.error_places import MARGINS, class_bins, margin_bins, size_bins
 
 
 def made_up(seed, cases=80):

@@ -28,7 +28,7 @@ def contents(folder):
 
 @pytest.fixture
 def entry(tmp_path):
-    found = replace(published.named(("table5",))[0], work=tmp_path / "runs" / "table5")
+    found = replace(published.named(("evaluation",))[0], work=tmp_path / "runs" / "evaluation")
     for name, text in {"a/rows.parquet": "1", "manifest.json": "2", "b/c/d": "3"}.items():
         (found.work / name).parent.mkdir(parents=True, exist_ok=True)
         (found.work / name).write_text(text)
@@ -54,7 +54,7 @@ def test_rows_come_back_as_they_were_without_page_and_lock(entry, tmp_path):
 
 def test_what_is_not_there_is_said(entry, tmp_path):
     lost = replace(entry, work=tmp_path / "nowhere")
-    with pytest.raises(RowsError, match=r"steadyload pages remake table5 makes them"):
+    with pytest.raises(RowsError, match=r"steadyload pages remake evaluation makes them"):
         keep(lost, tmp_path / "rows")
     assert unpack(lost, tmp_path / "rows") is None
     assert not (tmp_path / "rows").exists()
@@ -137,7 +137,7 @@ def test_a_damaged_or_harmful_archive_is_named_and_leaves_no_folder(
 ):
     monkeypatch.setattr(kept_rows, "MAX_FILE_BYTES", 2**17)
     content, message = HARMED[harm]
-    archive = tmp_path / "rows" / "table5.tar.xz"
+    archive = tmp_path / "rows" / "evaluation.tar.xz"
     archive.parent.mkdir()
     archive.write_bytes(content)
     entry.work.rename(tmp_path / "gone")
@@ -152,7 +152,7 @@ def test_a_damaged_or_harmful_archive_is_named_and_leaves_no_folder(
 
 def test_more_files_than_allowed_and_no_file_are_refused(entry, tmp_path, monkeypatch):
     (tmp_path / "rows").mkdir()
-    archive = tmp_path / "rows" / "table5.tar.xz"
+    archive = tmp_path / "rows" / "evaluation.tar.xz"
     archive.write_bytes(WHOLE)
     entry.work.rename(tmp_path / "gone")
     with monkeypatch.context() as few:
@@ -183,7 +183,7 @@ def test_every_page_has_a_folder_of_its_rows():
     work = {entry.name: str(entry.work) for entry in published.entries()}
     assert work["accuracy"] == "runs/accuracy"
     assert work["properties"] == "runs/properties"
-    assert work["table5"] == work["table5_stands"] == "runs/table5"
+    assert work["evaluation"] == work["evaluation_stands"] == "runs/evaluation"
 
 
 def test_what_is_kept_is_listed_with_its_size():
@@ -198,34 +198,34 @@ def test_a_page_of_unpacked_rows_is_the_same_and_judges_nothing(
     tmp_path, monkeypatch, in_this_process, undrawn, capsys
 ):
     monkeypatch.chdir(tmp_path)
-    one = published.named(("table5",))[0]
+    one = published.named(("evaluation",))[0]
     few = replace(
-        one, command=("table5", "--limit", "2", "--timed", "1", "--repeats", "1", "-m", "fbs",
+        one, command=("evaluation", "--limit", "2", "--timed", "1", "--repeats", "1", "-m", "fbs",
                       "-m", "sme"),
     )  # fmt: skip
     monkeypatch.setattr("steadyload.cli.pages.named", lambda names: [few])
     monkeypatch.setattr(kept_rows, "entries", lambda: [few])
-    assert main(["pages", "remake", "table5", "--keep", "-o", "pages", "--rows", "rows"]) == 0
-    page = Path("pages/table5/report.md").read_text()
+    assert main(["pages", "remake", "evaluation", "--keep", "-o", "pages", "--rows", "rows"]) == 0
+    page = Path("pages/evaluation/report.md").read_text()
     rows = contents(few.work)
     times = contents(few.work / "spatial" / "times")
-    packed = Path("rows/table5.tar.xz").read_bytes()
-    assert main(["pages", "keep", "table5", "--rows", "rows"]) == 0
-    assert Path("rows/table5.tar.xz").read_bytes() == packed
-    assert "| `table5.tar.xz` |" in Path("rows/README.md").read_text()
+    packed = Path("rows/evaluation.tar.xz").read_bytes()
+    assert main(["pages", "keep", "evaluation", "--rows", "rows"]) == 0
+    assert Path("rows/evaluation.tar.xz").read_bytes() == packed
+    assert "| `evaluation.tar.xz` |" in Path("rows/README.md").read_text()
     few.work.rename("gone")
-    assert main(["pages", "remake", "table5", "--rows", "rows", "-o", "again"]) == 0
-    assert Path("again/table5/report.md").read_text() == page
+    assert main(["pages", "remake", "evaluation", "--rows", "rows", "-o", "again"]) == 0
+    assert Path("again/evaluation/report.md").read_text() == page
     assert contents(few.work) == rows
     assert len(load_results(few.work / "spatial")) == 12
     less = replace(few, command=few.command[:-2])
     monkeypatch.setattr("steadyload.cli.pages.named", lambda names: [less])
     capsys.readouterr()
-    assert main(["pages", "remake", "table5", "--rows", "rows", "-o", "again"]) == 2
+    assert main(["pages", "remake", "evaluation", "--rows", "rows", "-o", "again"]) == 2
     told = capsys.readouterr().err
     assert "times: 1 of 1 results are not kept for these methods, this code and" in told
-    assert told.endswith("pages remake table5 --judge judges and times them here\n")
-    assert Path("again/table5/report.md").read_text() == page
+    assert told.endswith("pages remake evaluation --judge judges and times them here\n")
+    assert Path("again/evaluation/report.md").read_text() == page
     assert contents(few.work / "spatial" / "times") == times
 
 
@@ -248,10 +248,18 @@ def test_a_page_with_kept_rows_of_engines_that_are_not_here_is_refused(
     monkeypatch.setattr("steadyload.cli.pages.named", lambda names: [entry])
     monkeypatch.setattr("steadyload.cli.pages.run", lambda words: begun.append(words) or 0)
     monkeypatch.setattr("steadyload.cli.pages.write_index", lambda folder: folder)
-    remake = ["pages", "remake", "table5", "--rows", str(tmp_path / "rows"), "-o", str(tmp_path)]
+    remake = [
+        "pages",
+        "remake",
+        "evaluation",
+        "--rows",
+        str(tmp_path / "rows"),
+        "-o",
+        str(tmp_path),
+    ]
     assert main(remake) == 2
     assert capsys.readouterr().err == (
-        "steadyload: page 'table5' has kept rows of physx, not installed here (engine 'physx' "
+        "steadyload: page 'evaluation' has kept rows of physx, not installed here (engine 'physx' "
         "needs the package sapien: pip install 'steadyload[physx]'); --fewer remakes it without "
         "them\n"
     )
@@ -273,7 +281,7 @@ def test_engines_that_are_here_are_missed_by_no_page(entry, monkeypatch):
 
 
 def test_a_page_whose_archive_is_damaged_stops_no_other(entry, tmp_path, monkeypatch, capsys):
-    archive = tmp_path / "rows" / "table5.tar.xz"
+    archive = tmp_path / "rows" / "evaluation.tar.xz"
     archive.parent.mkdir()
     archive.write_bytes(WHOLE[:100])
     entry.work.rename(tmp_path / "gone")
@@ -290,7 +298,7 @@ def test_a_page_whose_archive_is_damaged_stops_no_other(entry, tmp_path, monkeyp
 
 
 def test_an_index_is_written_only_where_a_page_was_made(entry, tmp_path, monkeypatch, capsys):
-    archive = tmp_path / "rows" / "table5.tar.xz"
+    archive = tmp_path / "rows" / "evaluation.tar.xz"
     archive.parent.mkdir()
     archive.write_bytes(WHOLE[:100])
     entry.work.rename(tmp_path / "gone")
@@ -307,7 +315,7 @@ def test_an_index_is_written_only_where_a_page_was_made(entry, tmp_path, monkeyp
 
 
 def test_packed_rows_that_are_not_read_are_told_once(entry, tmp_path, monkeypatch, capsys):
-    archive = tmp_path / "rows" / "table5.tar.xz"
+    archive = tmp_path / "rows" / "evaluation.tar.xz"
     archive.parent.mkdir()
     archive.write_bytes(WHOLE)
     other = replace(entry, name="other")

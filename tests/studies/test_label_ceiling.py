@@ -8,7 +8,7 @@ import pytest
 
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.benchmark.dataset import KEYS
-from steadyload.studies.table5.label_ceiling import label_ceiling, plurality, twins
+from steadyload.studies.evaluation.label_ceiling import label_ceiling, plurality, twins
 
 NONE = float("nan")
 

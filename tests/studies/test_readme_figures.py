@@ -22,13 +22,16 @@ def test_the_table_of_the_readme_is_that_of_the_published_pages():
         "method", "paper %", "within 0.3 s %", "over / under %", "by class %", "CPU ms",
         "stands %", "CPU ms",
     ]  # fmt: skip
-    pages = {name: (PAGES / name / "report.md").read_text() for name in ("table5", "table5_stands")}
-    titles, within = table(pages["table5"], "## Accuracy and cost")
-    also, stands = table(pages["table5_stands"], "## Accuracy and cost")
-    named, classes = table(pages["table5"], "## By class of items")
+    pages = {
+        name: (PAGES / name / "report.md").read_text()
+        for name in ("evaluation", "evaluation_stands")
+    }
+    titles, within = table(pages["evaluation"], "## Accuracy and cost")
+    also, stands = table(pages["evaluation_stands"], "## Accuracy and cost")
+    named, classes = table(pages["evaluation"], "## By class of items")
     by_class = [k for k, title in enumerate(named) if title.startswith("class ")]
     assert len(by_class) == 3
-    (details,) = (PAGES / "table5").glob("report-details.*.md")
+    (details,) = (PAGES / "evaluation").glob("report-details.*.md")
     every, of_errors = table(details.read_text(), "## Accuracy and cost")
     wrong = [every.index(f"{how}estimated %") for how in ("over", "under")]
     for method, (_, paper, accuracy, errors, parts, cpu, other, other_cpu) in rows.items():

@@ -25,9 +25,9 @@ from steadyload.runs.able import asked_question, fixed_step_engines
 from steadyload.studies import published, registry
 from steadyload.studies.engines.settings import engine_records
 from steadyload.studies.engines.settings_page import engines_markdown
+from steadyload.studies.evaluation.judging import Options, standard_methods
 from steadyload.studies.registry import STUDIES, study
 from steadyload.studies.speed.steps import step_shares
-from steadyload.studies.table5.judging import Options, standard_methods
 from steadyload.tuning.cascade.step_scores import score_steps
 from steadyload.tuning.cases import Case
 
@@ -115,8 +115,8 @@ def test_the_index_shows_the_leading_figure_of_every_page_that_has_one():
 
 
 def test_an_unknown_study_is_named_with_the_nearest():
-    with pytest.raises(registry.UnknownStudyError, match="did you mean 'table5'"):
-        study("tabel5")
+    with pytest.raises(registry.UnknownStudyError, match="did you mean 'evaluation'"):
+        study("evaluatoin")
 
 
 def test_a_study_is_one_folder_and_one_line(toys, tmp_path, monkeypatch, capsys):
@@ -268,7 +268,7 @@ def test_traits_of_our_own_methods_name_those_that_were_trained():
 def test_they_are_judged_timed_and_drawn_like_any_other(toys, tmp_path, capsys):
     work = tmp_path / "work"
     asked = ["-m", "fbs", "-m", "optimist", "-m", "ps3@toyworld", "--limit", "2", "--timed", "2"]
-    assert main(["study", "table5", *asked, "--repeats", "1", "-j", "1", "--work", str(work)]) == 0
+    assert main(["evaluation", *asked, "--repeats", "1", "-j", "1", "--work", str(work)]) == 0
     text = (work / "report.md").read_text()
     assert re_rows(text) >= {"Optimist", "PS_3 @ toyworld"}
 

@@ -35,8 +35,7 @@ def measured_in(run: str | Path) -> tuple[Front, ...]:
         return load_fronts(kept)
     if (run / SPATIAL).exists():
         raise FrontError(
-            f"{run}: Table 5 is not whole there yet; "
-            f"go on with steadyload study table5 --work {run}"
+            f"{run}: Table 5 is not whole there yet; go on with steadyload evaluation --work {run}"
         )
     if (run / REAL).exists():
         folders = [folder for name in (SMALL, REAL) if (folder := run / name).exists()]

@@ -43,18 +43,18 @@ from steadyload.runs.paper import Paper, paper
 from steadyload.runs.results import LAYOUTS_FILE, kept_file
 from steadyload.runs.timing import BLOCK
 from steadyload.statistics.estimate import Estimate
-from steadyload.studies.kit import Lab
-from steadyload.studies.rankings import Rankings, ranked
-from steadyload.studies.table5.error_places import (
+from steadyload.studies.evaluation.error_places import (
     class_bins,
     margin_bins,
     size_bins,
 )
-from steadyload.studies.table5.judged_set import NEAR, YARDSTICK, JudgedSet
-from steadyload.studies.table5.judging import Options, Ran, judged_and_timed
-from steadyload.studies.table5.label_ceiling import Ceiling, label_ceiling
-from steadyload.studies.table5.rows import Timing
-from steadyload.studies.table5.watched import watched
+from steadyload.studies.evaluation.judged_set import NEAR, YARDSTICK, JudgedSet
+from steadyload.studies.evaluation.judging import Options, Ran, judged_and_timed
+from steadyload.studies.evaluation.label_ceiling import Ceiling, label_ceiling
+from steadyload.studies.evaluation.rows import Timing
+from steadyload.studies.evaluation.watched import watched
+from steadyload.studies.kit import Lab
+from steadyload.studies.rankings import Rankings, ranked
 
 _CONVERTED = frozenset({"ps3", "ps5"})
 

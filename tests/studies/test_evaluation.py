@@ -29,29 +29,29 @@ from steadyload.runs.paper import paper
 from steadyload.runs.runner import run_study
 from steadyload.statistics.metrics import mean, share
 from steadyload.statistics.paired import holm
-from steadyload.studies.kit import Lab
-from steadyload.studies.real.fronts import measured_in
-from steadyload.studies.table5 import judging as table5
-from steadyload.studies.table5.comparing import (
+from steadyload.studies.evaluation import judging
+from steadyload.studies.evaluation.comparing import (
     JudgedSet,
     compare,
     same_order,
     tunings,
     unlike_the_paper,
 )
-from steadyload.studies.table5.judging import Options, judged_and_timed
-from steadyload.studies.table5.study import Table5
+from steadyload.studies.evaluation.judging import Options, judged_and_timed
+from steadyload.studies.evaluation.study import Evaluation
+from steadyload.studies.kit import Lab
+from steadyload.studies.real.fronts import measured_in
 
 SPECS = ("fbs", "sme", "equilibrium")
 FEW = ("--limit", "3", "--timed", "2", "--repeats", "1", "--rules", "2", "-j", "1")
 pytestmark = pytest.mark.usefixtures("file_in_this_process")
-ASKED = ("table5", *(word for spec in SPECS for word in ("-m", spec)), *FEW, "--views", "1")
+ASKED = ("evaluation", *(word for spec in SPECS for word in ("-m", spec)), *FEW, "--views", "1")
 
 
 @pytest.fixture(scope="module")
 def written(tmp_path_factory, file_in_this_process):
     """The folder of a page, and of what it was made from."""
-    folder = tmp_path_factory.mktemp("table5")
+    folder = tmp_path_factory.mktemp("evaluation")
     assert main([*ASKED, "--work", str(folder / "work"), "-o", str(folder / "page")]) == 0
     return folder
 
@@ -190,7 +190,7 @@ def test_an_interrupted_run_goes_on_to_the_same_page(written, undrawn, undrawn_t
 def test_a_method_that_cannot_judge_is_an_error_where_it_is_named(
     capsys, tmp_path, arguments, message
 ):
-    assert main(["table5", *arguments, *FEW, "--work", str(tmp_path / "work")]) == 2
+    assert main(["evaluation", *arguments, *FEW, "--work", str(tmp_path / "work")]) == 2
     assert message in capsys.readouterr().err
     assert not (tmp_path / "work").exists()
 
@@ -204,7 +204,7 @@ def test_the_folder_of_another_study_is_left_alone(capsys, tmp_path):
 
 
 def test_a_method_that_cannot_judge_is_left_out_where_nobody_named_it(monkeypatch):
-    monkeypatch.setattr(table5, "standard_methods", lambda: ("sme", "cascade@dart"))
+    monkeypatch.setattr(judging, "standard_methods", lambda: ("sme", "cascade@dart"))
     asked = Options()
     assert asked.spatial == ("sme",)
     assert "steadyload cascade fit --engine dart" in asked.left_out["cascade@dart"]
@@ -256,7 +256,7 @@ def test_a_page_whose_methods_all_refuse_says_that_nothing_was_timed(choosy, mon
     asked = Options(methods=("choosy",), limit=2, timed=1, repeats=1)
     found = compare(Lab(tmp_path, 0), asked)
     assert found.own.timing.untimed == {"choosy": "of 3 cases to be timed 3 refused"}
-    page = Table5(methods=asked.methods).page(found)
+    page = Evaluation(methods=asked.methods).page(found)
     [text] = [part.placed[0] for part in page.sections if part.title == "Time a layout"]
     assert "choosy was not timed: of 3 cases to be timed 3 refused" in text
 
@@ -264,7 +264,7 @@ def test_a_page_whose_methods_all_refuse_says_that_nothing_was_timed(choosy, mon
 def test_the_table_is_made_on_another_set(tmp_path):
     """Its 3-D methods judge the named set, and the page and its commands say so."""
     lists = load_benchmark("lists").select("test", limit=2)
-    words = ["table5", "-m", "fbs", "-m", "sme", "--directory", "lists", "--limit", "2"]
+    words = ["evaluation", "-m", "fbs", "-m", "sme", "--directory", "lists", "--limit", "2"]
     words += ["--timed", "1", "--repeats", "1", "-j", "1", "--work", str(tmp_path / "work")]
     assert main([*words, "-o", str(tmp_path / "page")]) == 0
     judged = load_labels(tmp_path / "work" / SPATIAL)
@@ -276,8 +276,18 @@ def test_the_table_is_made_on_another_set(tmp_path):
 def test_one_run_answers_both_questions(tmp_path, monkeypatch):
     """The second page judges and times nothing anew; it has other labels and other methods."""
     usual = ("sme", "lstm_1", "lstm_1:question=stands")
-    monkeypatch.setattr(table5, "standard_methods", lambda: usual)
-    words = ["table5", "--directory", "lists", "--limit", "60", "--timed", "1", "--repeats", "1"]
+    monkeypatch.setattr(judging, "standard_methods", lambda: usual)
+    words = [
+        "evaluation",
+        "--directory",
+        "lists",
+        "--limit",
+        "60",
+        "--timed",
+        "1",
+        "--repeats",
+        "1",
+    ]
     words += ["-j", "1", "--work", str(tmp_path / "work")]
     assert main([*words, "-o", str(tmp_path / "within")]) == 0
     kept = {path: path.stat().st_mtime_ns for path in (tmp_path / "work").rglob("*-*.*")}

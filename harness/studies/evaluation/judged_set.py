@@ -24,11 +24,11 @@ from steadyload.runs.evaluation import (
 )
 from steadyload.runs.paper import Paper
 from steadyload.statistics.error_costs import LEAST, MOST, cheapest_by_ratio
-from steadyload.studies.table5.error_places import (
+from steadyload.studies.evaluation.error_places import (
     CaseBin,
     MarginBin,
 )
-from steadyload.studies.table5.rows import (
+from steadyload.studies.evaluation.rows import (
     Against,
     Beside,
     Cheapest,
@@ -38,7 +38,7 @@ from steadyload.studies.table5.rows import (
     Result,
     Timing,
 )
-from steadyload.studies.table5.watched import Watch
+from steadyload.studies.evaluation.watched import Watch
 
 NEAR = 0.01
 """Largest difference to the best accuracy at which a method counts as nearly as accurate."""

@@ -9,22 +9,22 @@ from typing import TYPE_CHECKING
 from steadyload.studies.kit import Lab, PublishedPage, Study, methods_option, option, set_option
 
 if TYPE_CHECKING:
-    from steadyload.studies.table5.comparing import Found
+    from steadyload.studies.evaluation.comparing import Found
 
 _PUBLISHED = "--directory lists --limit 300 --timed 20 --repeats 2"
 """300 cases a scenario, as many as the paper has, of many item lists."""
 
 
-class Table5(Study["Found"]):
+class Evaluation(Study["Found"]):
     """Which methods, on how many cases, and how often they are timed."""
 
     question = "How accurate is every method on every engine, and what does it cost?"
     about = "all methods on the labelled test split, as Table 5 of the paper, every engine"
     workers = 0
     pages = (
-        PublishedPage("table5", f"{_PUBLISHED} --rules 25"),
+        PublishedPage("evaluation", f"{_PUBLISHED} --rules 25"),
         PublishedPage(
-            "table5_stands", f"{_PUBLISHED} --question stands",
+            "evaluation_stands", f"{_PUBLISHED} --question stands",
             question="How accurate is every method where a load has to stand until it rests?",
         ),
     )  # fmt: skip
@@ -62,8 +62,8 @@ class Table5(Study["Found"]):
         """Judged over processes, timed in one; also writes the front that ``recommend`` reads."""
         from steadyload.app.viewing import require_library
         from steadyload.layouts.model.question import Question
-        from steadyload.studies.table5.comparing import compare
-        from steadyload.studies.table5.judging import Options
+        from steadyload.studies.evaluation.comparing import compare
+        from steadyload.studies.evaluation.judging import Options
 
         if self.views:
             require_library()  # before hours of work
@@ -75,7 +75,7 @@ class Table5(Study["Found"]):
 
     def beside(self, found: Found, folder: Path) -> None:
         """Pages that play cases."""
-        from steadyload.studies.table5.watched import write_views
+        from steadyload.studies.evaluation.watched import write_views
 
         write_views(found.own.watched, folder)
 
