@@ -43,7 +43,7 @@ class Recommend:
     )  # fmt: skip
     engine: str | None = option(None, "only methods on this engine, and those that need none")
     run_folder: Path | None = option(
-        None, "work folder of steadyload real or evaluation, or run folder on a labelled "
+        None, "work folder of steadyload evaluation, or run folder of a study on a labelled "
         "set (default: what comes with the package)",
         names=("--from",), metavar="RUN",
     )  # fmt: skip
@@ -57,7 +57,7 @@ class Recommend:
         from steadyload.app.recommend.kept import load_fronts
 
         if self.run_folder is not None:
-            from steadyload.studies.real.fronts import measured_in
+            from steadyload.studies.evaluation.fronts import measured_in
 
             fronts = measured_in(self.run_folder)
         elif self.write:

@@ -159,10 +159,9 @@ class Study(ABC, Generic[F]):
         resumable: whether it keeps finished results in its work folder and continues from there.
         workers: default number of processes that judge; 0 for one a core, None where a study works
             in this process alone.
-        command_words: the command that runs it, without flags, made of its name.
-        work: default work folder, of its name below ``runs``.
-        pages: its published pages; by default one of its name, made by the command without flags,
-            none if that is stated as empty.
+        work: default work folder; by default that of its name below ``runs``.
+        pages: its published pages; unless stated one of its name, made by the command without
+            flags.
     """
 
     question: ClassVar[str]
@@ -177,9 +176,10 @@ class Study(ABC, Generic[F]):
     def __init_subclass__(cls) -> None:
         dataclass(frozen=True, kw_only=True)(cls)
         cls.name = cls.name or cls.__module__.removesuffix(".study").rpartition(".")[2]
-        cls.command_words = command_words(cls.name)
-        cls.work = Path("runs") / cls.name
-        cls.pages = getattr(cls, "pages", (PublishedPage(cls.name),))
+        words = cls.name.replace("_", "-")
+        cls.command_words = cls.command_words or words
+        cls.work = cls.work if cls.work.name else Path("runs") / words
+        cls.pages = cls.pages if "pages" in vars(cls) else (PublishedPage(cls.name),)
 
     @abstractmethod
     def run(self, lab: Lab) -> F:

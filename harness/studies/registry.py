@@ -25,7 +25,6 @@ STUDIES: dict[str, str] = {
     "comparison": "steadyload.studies.comparison.study:Comparison",
     "evaluation": "steadyload.studies.evaluation.study:Evaluation",
     "sensitivity": "steadyload.studies.sensitivity.study:Sensitivity",
-    "real": "steadyload.studies.real.study:Real",
     "cascade": "steadyload.studies.cascade.study:Cascade",
     "tuning": "steadyload.studies.tuning.study:Tuning",
     "learned": "steadyload.studies.learned.study:LearnedStudy",

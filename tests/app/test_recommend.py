@@ -31,9 +31,9 @@ from steadyload.runs.results import load_results
 from steadyload.runs.runner import run_study
 from steadyload.statistics.error_costs import ErrorShares
 from steadyload.statistics.estimate import Estimate
+from steadyload.studies.evaluation.fronts import measured_in
+from steadyload.studies.evaluation.study import Evaluation
 from steadyload.studies.kit import Lab
-from steadyload.studies.real.fronts import measured_in
-from steadyload.studies.real.study import Real
 
 WITHIN, STANDS = Question.WITHIN, Question.STANDS
 
@@ -328,10 +328,12 @@ def networks(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def real(tmp_path_factory, networks):
-    """The work folder of the study of layouts of real size, on a few of them."""
+    """The work folder of an evaluation on layouts of real size, on a few of them."""
     work = tmp_path_factory.mktemp("real")
     methods = ("fbs", "settling", *networks.values())
-    Real(methods=methods, limit=4, small=4, pallets=0).run(Lab(work, workers=0))
+    Evaluation(methods=methods, directory="real", asked="both", timeout=20.0, limit=4, small=4).run(
+        Lab(work, workers=0)
+    )
     return work
 
 
@@ -390,10 +392,10 @@ def test_a_run_without_labels_is_none(tmp_path, stack):
         measured_in(tmp_path / "run")
 
 
-def test_an_interrupted_table_5_is_none_yet(run, tmp_path):
+def test_an_interrupted_evaluation_is_none_yet(run, tmp_path):
     (tmp_path / "spatial").symlink_to(run)
     with pytest.raises(
-        FrontError, match="not whole there yet; go on with steadyload evaluation --work"
+        FrontError, match="is not complete there; go on with steadyload evaluation --work"
     ):
         measured_in(tmp_path)
 

@@ -5,53 +5,62 @@ A *group* is a scenario, or ``all`` for all cases; mappings by group hold ``all`
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from itertools import combinations
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import combinations, pairwise
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
-from steadyload.app.recommend.front import Front, Measured, on_front
+from steadyload.app.recommend.front import SIZES, Front, Measured, on_front
 from steadyload.app.recommend.kept import NAME, load_fronts, merged, write_fronts
 from steadyload.app.recommend.measured import front_of
 from steadyload.layouts.benchmark import Benchmark, load_benchmark
-from steadyload.layouts.benchmark.dataset import KEYS
+from steadyload.layouts.benchmark.dataset import KEYS, PLANAR
 from steadyload.layouts.model.question import Question
 from steadyload.learners.weights import load_weights
 from steadyload.methods.contract.declared import Trait
+from steadyload.methods.contract.method import Status
 from steadyload.methods.contract.spec import as_plain
 from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.registry import make_method
 from steadyload.methods.simulation.scene import planar_scene
 from steadyload.methods.simulation.simulation import Simulation
-from steadyload.reports.columns import (
-    row,
-)
+from steadyload.reports.columns import row
 from steadyload.runs.agreement import agreement_matrix, tuning
 from steadyload.runs.answers import judged_layouts, listed_cases
-from steadyload.runs.costs import load_explained, timed_costs
-from steadyload.runs.evaluation import (
-    ALL,
-    Evaluation,
-    MethodEvaluation,
-    evaluate,
-)
-from steadyload.runs.judged import load_judged, manifest_lines
+from steadyload.runs.comparison import compared
+from steadyload.runs.costs import CPU, Costs, load_explained, timed_costs
+from steadyload.runs.definition import StudyError
+from steadyload.runs.evaluation import ALL, Evaluation, MethodEvaluation, evaluate
+from steadyload.runs.judged import JudgedCases, load_judged, manifest_lines
 from steadyload.runs.labels import load_labels
 from steadyload.runs.paper import Paper, paper
-from steadyload.runs.results import LAYOUTS_FILE, kept_file
+from steadyload.runs.results import LAYOUTS_FILE, kept_file, load_results
 from steadyload.runs.timing import BLOCK
 from steadyload.statistics.estimate import Estimate
+from steadyload.statistics.metrics import share
+from steadyload.studies.evaluation.costing import growth_of, limited_costs
+from steadyload.studies.evaluation.delivered import (
+    CUSTOMERS,
+    DELIVERED,
+    PACKERS,
+    Origin,
+    origins,
+)
 from steadyload.studies.evaluation.error_places import (
+    SMALL_SIZES,
     class_bins,
     margin_bins,
     size_bins,
 )
+from steadyload.studies.evaluation.floors import FloorRow, floor_rows
 from steadyload.studies.evaluation.judged_set import NEAR, YARDSTICK, JudgedSet
-from steadyload.studies.evaluation.judging import Options, Ran, judged_and_timed
+from steadyload.studies.evaluation.judging import SMALL, Options, Ran, Timed, judged_and_timed
 from steadyload.studies.evaluation.label_ceiling import Ceiling, label_ceiling
-from steadyload.studies.evaluation.rows import Timing
+from steadyload.studies.evaluation.rows import Failing, NoVerdict, Timing
+from steadyload.studies.evaluation.screened import ScreenedSteps, screened_steps
 from steadyload.studies.evaluation.watched import watched
 from steadyload.studies.kit import Lab
 from steadyload.studies.rankings import Rankings, ranked
@@ -64,20 +73,25 @@ class Found:
     """All results on the page.
 
     Attributes:
-        question: that of labels and methods.
-        own: 3-D methods.
+        sets: 3-D methods, by question.
         planar: these and 2-D methods on planar layouts, None without 2-D methods.
-        flat: cases of ``own`` that a 2-D engine could judge.
+        flat: cases that a 2-D engine could judge.
         left_out: by spec, the reason for which a method is in no table.
         epochs: least and most epochs of the networks that learnt what the paper's are told, and
             those that were asked for; None where no learned method was judged.
         converted: whether PS_3 or PS_5 were judged in a reading converted to SI.
         same_order: pairs of the paper's methods in the same order here, and all pairs.
         rules: methods under other rules; None where these were not asked for.
+        small: whether the first bin of boxes is of small layouts of the large set.
+        lost: cases without a verdict.
+        origins: who planned the cases; empty where no customer did.
+        floors: shares of customers' pallets that are called stable, by floor.
+        screened: agreement of screen and reference while the labels were made.
+        fails: shares of cases whose label is a failing step, here and in the whole set.
+        unlabelled: cases of the set without labels, by status.
     """
 
-    question: Question
-    own: JudgedSet
+    sets: Sequence[JudgedSet]
     planar: JudgedSet | None
     flat: int
     planar_methods: Sequence[MethodKey]
@@ -87,8 +101,27 @@ class Found:
     ceiling: Ceiling | None
     same_order: tuple[int, int]
     rules: Rankings | None
+    small: bool
+    lost: Sequence[NoVerdict]
+    origins: Sequence[Origin]
+    floors: Sequence[FloorRow]
+    screened: ScreenedSteps
+    fails: Sequence[Failing]
+    unlabelled: Mapping[str, int]
     made_with: Mapping[str, str]
     near: float = NEAR
+
+    @property
+    def own(self) -> JudgedSet:
+        """The methods for the first question."""
+        return self.sets[0]
+
+    @property
+    def customers(self) -> Sequence[tuple[Origin, Origin, Origin]]:
+        """Customers' pallets, these as delivered, and plans of packers; empty if one is missing."""
+        found = {origin.title: origin for origin in self.origins}
+        own, delivered, packers = map(found.get, (CUSTOMERS, DELIVERED, PACKERS))
+        return [(own, delivered, packers)] if own and delivered and packers else []
 
     @property
     def mix(self) -> Sequence[tuple[MethodKey, Sequence[Estimate]]]:
@@ -105,50 +138,101 @@ class Found:
         return list(shown.items())
 
 
-def compare(lab: Lab, asked: Options, *, rules: int = 0, views: int = 0) -> Found:
+def compare(
+    lab: Lab, asked: Options, *, rules: int = 0, sizes: tuple[int, ...] = (), views: int = 0
+) -> Found:
     """Judge and time what is missing, and compare; also writes what ``recommend`` reads.
 
     Args:
         lab: where it runs.
         asked: the options.
         rules: cases a scenario on which other rules are compared; 0 for none.
+        sizes: largest numbers of boxes of bins; empty for the usual ones.
         views: cases that pages play.
 
     Raises:
+        StudyError: sizes that do not rise.
         ResultsError: see :func:`steadyload.runs.judged.load_judged`.
         as :func:`.judged_and_timed`.
     """
-    spatial, planar = judged_and_timed(lab, asked)
-    large = load_benchmark(spatial.definition.benchmark_directory)
-    own, about = _judged_set(asked, spatial, large, views=views)
-    beside, about_planar = None, {}
-    if planar is not None:
-        small = load_benchmark(planar.definition.benchmark_directory)
-        beside, lines = _judged_set(asked, planar, small)
-        about_planar = {f"planar {key}": lines[key] for key in ("labelled set", "layouts", "rows")}
-    labels = load_labels(spatial.folder)
-    paper_asked = asked.question is Question.WITHIN
-    keys = [m.method for m in own.evaluation.methods]
-    epochs, converted = unlike_the_paper(keys if paper_asked else [])
+    if sizes and (sizes[0] < 1 or any(b <= a for a, b in pairwise(sizes))):
+        listed = ", ".join(map(str, sizes))
+        raise StudyError(f"sizes are {listed}; allowed: whole numbers that rise from 1 on")
+    ran = judged_and_timed(lab, asked)
+    main, *_ = ran.values()
+    benchmark = load_benchmark(main.definition.benchmark_directory)
+    small = load_judged(ran[SMALL].folder) if SMALL in ran else None
+    usual = SMALL_SIZES if asked.timeout is None else (SMALL_SIZES[-1], *SIZES)
+    sets = [
+        _judged_set(asked, main, benchmark, q, sizes or usual, small=small, views=views)
+        for q in asked.questions
+    ]
+    planar = None
+    if PLANAR in ran:
+        of_planar = load_benchmark(PLANAR)
+        planar = _judged_set(asked, ran[PLANAR], of_planar, Question.WITHIN, SMALL_SIZES)
+    labels, judged = load_labels(main.folder), load_judged(main.folder)
+    within = Question.WITHIN in asked.questions
+    papers = within and asked.timeout is None
+    epochs, converted = unlike_the_paper(list(sets[0].evaluation.judged.keys.values()))
+    unlabelled = benchmark.cases["status"].value_counts().sort_index()
+    made_with = manifest_lines(judged)
+    if planar:
+        lines = manifest_lines(planar.evaluation.judged)
+        made_with |= {f"planar {key}": lines[key] for key in ("labelled set", "layouts", "rows")}
     found = Found(
-        question=asked.question,
-        own=own,
-        planar=beside,
-        flat=_flat(large, labels) if planar is not None else 0,
+        sets=sets,
+        planar=planar,
+        flat=_flat(benchmark, labels) if planar else 0,
         planar_methods=[method_key(make_method(spec)) for spec in asked.planar],
         left_out=asked.left_out,
-        epochs=epochs,
-        converted=converted,
-        ceiling=label_ceiling(labels, large.opinions) if paper_asked else None,
-        same_order=same_order(paper(), own.evaluation.methods) if paper_asked else (0, 0),
+        epochs=epochs if papers else None,
+        converted=converted and papers,
+        ceiling=label_ceiling(labels, benchmark.opinions) if within else None,
+        same_order=same_order(paper(), sets[0].evaluation.methods) if papers else (0, 0),
         rules=ranked(
             Lab(lab.work / "rules", lab.workers, lab.progress), asked.methods, rules,
             asked.directory,
-        ) if rules and paper_asked else None,
-        made_with={**about, **about_planar},
+        ) if rules and within else None,
+        small=small is not None,
+        lost=_lost([one.folder for one in ran.values()], asked.spatial),
+        origins=origins(judged, benchmark.layouts),
+        floors=floor_rows(lab, asked, benchmark),
+        screened=screened_steps(benchmark.screening),
+        fails=[each for own in sets for each in _fails(own, benchmark)],
+        unlabelled={str(k): int(v) for k, v in unlabelled.items() if k != "done"},
+        made_with=made_with,
     )  # fmt: skip
-    write_timed_front(found, lab.work)
+    if asked.timeout is None:
+        write_timed_front(found, lab.work)
     return found
+
+
+def _fails(own: JudgedSet, benchmark: Benchmark) -> Iterator[Failing]:
+    labels = own.evaluation.judged.labels
+    assert labels is not None, "the study is on a labelled set"
+    here = share(labels["failing_step"].notna(), own.evaluation.judged.clusters)
+    yield Failing(f"{own.question}, the cases of this page", here)
+    cases = benchmark.select(question=own.question)
+    natural = share(cases["failing_step"].notna(), cases["instance"])
+    yield Failing(f"{own.question}, the whole set", natural)
+
+
+def _lost(folders: Sequence[Path], specs: Sequence[str]) -> list[NoVerdict]:
+    """Cases without a verdict by method and status, over all runs."""
+    columns = ("layout", "scenario", "method", "method_name", "engine", "repetition", "status",
+               "reason", "item_count")  # fmt: skip
+    rows = pd.concat([load_results(folder, columns) for folder in folders], ignore_index=True)
+    rows = rows[(rows["status"] != str(Status.DONE)) & (rows["repetition"] == 0)]
+    return [
+        NoVerdict(
+            method_key(make_method(str(spec))).title, str(status), len(own),
+            f"{own['item_count'].min()} to {own['item_count'].max()}",
+            str(own.loc[own["item_count"].idxmax(), "reason"]),
+        )
+        for (spec, status), own in rows.groupby(["method", "status"], sort=False)
+        if spec in specs
+    ]  # fmt: skip
 
 
 def unlike_the_paper(methods: Sequence[MethodKey]) -> tuple[tuple[int, int, int] | None, bool]:
@@ -186,31 +270,40 @@ def same_order(printed: Paper, methods: Sequence[MethodEvaluation]) -> tuple[int
 
 
 def _judged_set(
-    asked: Options, ran: Ran, benchmark: Benchmark, *, views: int = 0
-) -> tuple[JudgedSet, Mapping[str, str]]:
-    every = load_judged(ran.folder).of((*asked.shown, *asked.planar))
-    judged = every.asked(asked.question)
-    ran = ran.timed_among(judged.said.index)
-    assert every.labels is not None, "the study is on a labelled set"
-    lost = every.labels["stands"].drop(judged.said.index).fillna("not asked")
-    timed = pd.MultiIndex.from_tuples(ran.cases, names=KEYS)
-    evaluation = evaluate(judged, costs=timed_costs(ran.times, timed))
+    asked: Options,
+    ran: Ran,
+    benchmark: Benchmark,
+    question: Question,
+    sizes: Sequence[int],
+    *,
+    small: JudgedCases | None = None,
+    views: int = 0,
+) -> JudgedSet:
+    every = load_judged(ran.folder).of((*asked.shown(question), *asked.planar))
+    judged = every.asked(question)
     said, labels = judged.said, judged.labels
+    assert every.labels is not None, "the study is on a labelled set"
     assert labels is not None, "there are labels of either question"
-    compared = evaluation.compared().right.items()
-    right = pd.DataFrame({key.spec: own for key, own in compared}, said.index)
+    lost = every.labels["stands"].drop(said.index).fillna("not asked")
+    timed = ran.timed.among(said.index) if ran.timed else None
+    evaluation = evaluate(judged, costs=_costs_of(judged, timed, asked))
     best = max(evaluation.methods, key=lambda m: m.accuracy.value).method.spec
     against = YARDSTICK if YARDSTICK in judged.keys else best
     kept = kept_file(ran.folder, LAYOUTS_FILE, judged.manifest)
     cases = benchmark.cases.set_index(KEYS).loc[said.index]
-    # Too few item lists for all pairs of planar methods: no difference could be significant.
-    all_pairs = not ran.is_planar
-    found = JudgedSet(
+    is_planar = ran.definition.benchmark_directory == PLANAR
+    right = _right(judged)
+    fails = labels["failing_step"].notna().to_numpy(bool)
+    parts = [judged] if small is None else [small.of(judged.keys).asked(question), judged]
+    costs = None if timed else pd.concat([_cpu(own, asked) for own in parts])
+    return JudgedSet(
+        question=question,
         evaluation=evaluation,
         layouts=judged.results["layout"].nunique(),
-        timing=_timing(asked, ran, evaluation, timed),
+        timing=_timing(asked, timed, evaluation) if timed else None,
+        # Too few item lists for all pairs of planar methods: no difference could be significant.
         tests={
-            group: evaluation.pairs(group) if all_pairs else evaluation.versus(against, group)
+            group: evaluation.versus(against, group) if is_planar else evaluation.pairs(group)
             for group in evaluation.groups
         },
         tunings=tunings(judged.keys),
@@ -219,13 +312,45 @@ def _judged_set(
         },
         matrix=agreement_matrix(judged, judged_layouts(judged, kept, listed_cases(judged))),
         classes=class_bins(right, labels),
-        sizes=size_bins(right, labels),
+        sizes=size_bins(
+            pd.concat(map(_right, parts)), pd.concat(_labels(own) for own in parts), sizes, costs
+        ),
         margins=margin_bins(said, labels, list(cases["margin"])),
         watched=watched(ran.definition, evaluation.methods, said, right, labels, views),
         without_label={str(status): int(n) for status, n in lost.value_counts().items()},
-        paper=paper() if asked.question is Question.WITHIN and all_pairs else None,
+        paper=None if is_planar or timed is None or question is Question.STANDS else paper(),
+        failing={
+            key.spec: own
+            for part in evaluation.slices(fails)
+            if part.name
+            for key, own in part.accuracy.items()
+        },
+        stable=share(~fails, judged.clusters),
+        growth={} if timed else {spec: growth_of(spec, judged, small) for spec in judged.keys},
     )
-    return found, manifest_lines(judged)
+
+
+def _labels(judged: JudgedCases) -> pd.DataFrame:
+    assert judged.labels is not None, "the study is on a labelled set"
+    return judged.labels
+
+
+def _right(judged: JudgedCases) -> pd.DataFrame:
+    """Mask of the cases on which a method is right, cases x specs."""
+    found = compared(judged).right
+    return pd.DataFrame({key.spec: own for key, own in found.items()}, judged.said.index)
+
+
+def _costs_of(judged: JudgedCases, timed: Timed | None, asked: Options) -> Costs:
+    if timed is None:
+        return limited_costs(judged, asked.timeout or math.inf)
+    return timed_costs(timed.times, pd.MultiIndex.from_tuples(timed.cases, names=KEYS))
+
+
+def _cpu(judged: JudgedCases, asked: Options) -> pd.DataFrame:
+    """CPU times of judging [ms], cases x specs; missing where there is none."""
+    taken = _costs_of(judged, None, asked).milliseconds
+    return pd.DataFrame({spec: own[CPU] for spec, own in taken.items()}, judged.said.index)
 
 
 def tunings(specs: Iterable[str]) -> dict[str, str]:
@@ -239,10 +364,12 @@ def tunings(specs: Iterable[str]) -> dict[str, str]:
     }
 
 
-def _timing(asked: Options, ran: Ran, evaluation: Evaluation, timed: pd.MultiIndex) -> Timing:
-    yardstick = evaluation.judged.keys.get(YARDSTICK) if YARDSTICK in ran.times.cpu else None
-    others = [spec for spec in ran.times.cpu if yardstick is not None and spec != YARDSTICK]
-    by_repeat = {spec: cpu.mean(axis=1) for spec, cpu in ran.times.cpu.items()}
+def _timing(asked: Options, timed: Timed, evaluation: Evaluation) -> Timing:
+    cpu = timed.times.cpu
+    yardstick = evaluation.judged.keys.get(YARDSTICK) if YARDSTICK in cpu else None
+    others = [spec for spec in cpu if yardstick is not None and spec != YARDSTICK]
+    by_repeat = {spec: own.mean(axis=1) for spec, own in cpu.items()}
+    cases = pd.MultiIndex.from_tuples(timed.cases, names=KEYS)
     return Timing(
         yardstick=yardstick,
         shares={
@@ -250,12 +377,12 @@ def _timing(asked: Options, ran: Ran, evaluation: Evaluation, timed: pd.MultiInd
             for group in evaluation.groups
         },
         spread={spec: float(np.ptp(means) / means.mean()) for spec, means in by_repeat.items()},
-        layouts=len(timed),
-        item_lists=evaluation.judged.clusters.loc[timed].nunique(),
+        layouts=len(timed.cases),
+        item_lists=evaluation.judged.clusters.loc[cases].nunique(),
         repeats=asked.repeats,
         block=BLOCK,
-        untimed=ran.untimed,
-        refused=ran.refused,
+        untimed=timed.untimed,
+        refused=timed.refused,
         load=load_explained(evaluation.cost_source.load),
     )
 
@@ -270,5 +397,6 @@ def write_timed_front(found: Found, work: Path) -> None:
 def timed_front(found: Found) -> Front:
     """3-D methods, with the times of the timing pass; those untimed are left out."""
     own, timing = found.own.evaluation, found.own.timing
+    assert timing is not None, "there was a timing pass"
     times = f"mean of {timing.layouts} cases, {timing.repeats} times each, one thread"
-    return front_of(own.judged, found.question, own.methods, times, found.made_with)
+    return front_of(own.judged, found.own.question, own.methods, times, found.made_with)

@@ -12,31 +12,39 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from steadyload.reports.columns import column, general, percent, row
 from steadyload.runs.comparison import Compared
 from steadyload.runs.labels import item_lists
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import share
 from steadyload.statistics.placed import items_placed_by_case
 
-SIZES = ((1, 3), (4, 5), (6, 6), (7, 7), (8, 10), (11, 15), (16, 19), (20, 20))
-"""Bins of the number of items. The paper cuts layouts to 20 items, so that many have exactly 20."""
+SMALL_SIZES = (3, 5, 6, 7, 10, 15, 19, 20)
+"""Largest numbers of boxes of bins. The paper cuts layouts to 20, so that many have exactly 20."""
 
 MARGINS = (-np.inf, -20.0, -10.0, -5.0, -1.0, 0.0, 0.5, 1.0, 2.0, 5.0, np.inf)
 """Edges of bins of the margin [cm]. Below 0 a step is out of balance and fails after some time."""
 
 
-@dataclass(frozen=True, slots=True)
+@row
 class CaseBin:
-    """Cases of one class of items, or with about as many: ``items`` on average.
+    """Cases of one class of items, or with about as many boxes.
 
-    ``accuracy``: by spec.
+    Attributes:
+        items: boxes on average.
+        stable: share of cases whose label is that they are stable.
+        accuracy: by spec.
+        cost: median CPU time [ms] by spec; empty where it is of a timing pass.
     """
 
-    name: str
-    cases: int
-    item_lists: int
+    name: str = column("boxes", left=False)
+    middle: float = column("median", general)
+    cases: int = column()
+    item_lists: int = column("item lists")
+    stable: Estimate = column("stable by the label %", percent)
     items: float
     accuracy: Mapping[str, Estimate]
+    cost: Mapping[str, float]
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,30 +76,48 @@ def class_bins(right: pd.DataFrame, labels: pd.DataFrame) -> tuple[CaseBin, ...]
 
     Arguments as :func:`size_bins`.
     """
-    found = _bins(right, labels, labels["item_class"])
+    found = _bins(right, labels, labels["item_class"], None)
     return found if len(found) > 1 else ()
 
 
-def size_bins(right: pd.DataFrame, labels: pd.DataFrame) -> tuple[CaseBin, ...]:
-    """Accuracy by number of items; bins without a case are left out.
+def size_bins(
+    right: pd.DataFrame,
+    labels: pd.DataFrame,
+    sizes: Sequence[int] = SMALL_SIZES,
+    costs: pd.DataFrame | None = None,
+) -> tuple[CaseBin, ...]:
+    """Accuracy by number of boxes; bins without a case are left out.
 
     Args:
         right: mask of the cases on which a method is right, cases x specs.
         labels: of the same cases, :data:`steadyload.runs.labels.LABELS`, in the same order.
+        sizes: largest numbers of boxes of the bins, which rise; what is larger is a last bin.
+        costs: CPU times [ms] of the same cases, missing where there is none; None for no costs.
     """
     count = labels["item_count"].astype(int).to_numpy()
-    most = max(int(count.max(initial=0)), SIZES[-1][1])
-    edges = [*SIZES[:-1], (SIZES[-1][0], most)]
-    found = _bins(right, labels, np.digitize(count, [fewest for fewest, _ in SIZES[1:]]))
-    return tuple(replace(own, name="{} to {}".format(*edges[int(own.name)])) for own in found)
+    place = np.searchsorted(sizes, count)
+    names = {}
+    for number in np.unique(place):
+        own = count[place == number]
+        names[str(number)] = " to ".join(map(str, dict.fromkeys((own.min(), own.max()))))
+    found = _bins(right, labels, place, costs)
+    return tuple(replace(own, name=names[own.name]) for own in found)
 
 
-def _bins(right: pd.DataFrame, labels: pd.DataFrame, by: Any) -> tuple[CaseBin, ...]:
-    items = labels["item_count"].astype(float).groupby(np.asarray(by)).mean()
-    return tuple(
-        CaseBin(str(own.name), own.cases, own.clusters, float(items[own.name]), own.accuracy)
-        for own in Compared(right, item_lists(labels)).slices(by)
-    )
+def _bins(
+    right: pd.DataFrame, labels: pd.DataFrame, by: Any, costs: pd.DataFrame | None
+) -> tuple[CaseBin, ...]:
+    by, lists, found = np.asarray(by), item_lists(labels), []
+    for own in Compared(right, lists).slices(by):
+        here = by == own.name
+        count = labels["item_count"][here].astype(float)
+        medians = {} if costs is None else costs[here].median().dropna().to_dict()
+        stable = share(labels["failing_step"][here].isna(), lists[here])
+        found.append(CaseBin(
+            str(own.name), float(count.median()), own.cases, own.clusters, stable,
+            float(count.mean()), own.accuracy, medians,
+        ))  # fmt: skip
+    return tuple(found)
 
 
 def margin_bins(

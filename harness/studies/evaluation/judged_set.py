@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from steadyload.layouts.model.question import Question
 from steadyload.methods.naming import MethodKey
 from steadyload.reports.columns import (
     compact,
     fixed,
-    row,
 )
 from steadyload.runs.agreement import AgreementMatrix, Pair
 from steadyload.runs.comparison import Family, PairTest
@@ -24,6 +27,8 @@ from steadyload.runs.evaluation import (
 )
 from steadyload.runs.paper import Paper
 from steadyload.statistics.error_costs import LEAST, MOST, cheapest_by_ratio
+from steadyload.statistics.estimate import Estimate
+from steadyload.studies.evaluation.costing import Growth, summary_of
 from steadyload.studies.evaluation.error_places import (
     CaseBin,
     MarginBin,
@@ -32,6 +37,7 @@ from steadyload.studies.evaluation.rows import (
     Against,
     Beside,
     Cheapest,
+    Cost,
     Difference,
     MarginCell,
     Point,
@@ -49,12 +55,12 @@ YARDSTICK = "ps3@mujoco"
 RATIOS = (0.01, 0.1, 1.0, 10.0, 100.0)
 """Costs of an overestimation in a table, in units of that of an underestimation."""
 
-_FEW = 10
+_FEW, _LINES = 10, 7
 _ROUNDED = 0.0101
 """Largest difference [ms] of a mean of printed numbers to a printed mean, rounded to 0.01 ms."""
 
 
-@row
+@dataclass(frozen=True)
 class JudgedSet:
     """All methods on a part of a labelled set.
 
@@ -66,12 +72,17 @@ class JudgedSet:
         classes, margins: empty where the set has none.
         without_label: cases that were judged and have no label of the question, by the way in which
             labelling ended.
+        failing: by spec, accuracy on cases whose label is a failing step.
+        stable: share of the other cases, on which the constant verdict *stable* is right.
+        growth: by spec, of the CPU time; empty without a time limit, as the costs of bins.
+        timing: None where judgements have a time limit, and times are of judging.
         paper: the table of the paper; None where the question is not the paper's.
     """
 
+    question: Question
     evaluation: Evaluation
     layouts: int
-    timing: Timing
+    timing: Timing | None
     tests: Mapping[str, Family[MethodKey]]
     tunings: Mapping[str, str]
     fronts: Mapping[str, Sequence[str]]
@@ -82,6 +93,14 @@ class JudgedSet:
     watched: Sequence[Watch]
     without_label: Mapping[str, int]
     paper: Paper | None
+    failing: Mapping[str, Estimate]
+    stable: Estimate
+    growth: Mapping[str, Growth]
+
+    @property
+    def yardstick(self) -> MethodKey | None:
+        """The method that shares of CPU time refer to; None where it was not timed."""
+        return self.timing.yardstick if self.timing else None
 
     @property
     def groups(self) -> tuple[str, ...]:
@@ -101,8 +120,19 @@ class JudgedSet:
 
     @property
     def near_best(self) -> MethodEvaluation | None:
-        """The cheapest method that is nearly as accurate; None where nothing was timed."""
-        return cheapest_near(self.evaluation.methods, NEAR)
+        """The cheapest method that is nearly as accurate; None where nothing was timed.
+
+        By the mean time of the timing pass, or by the median of judging.
+        """
+        if self.timing:
+            return cheapest_near(self.evaluation.methods, NEAR)
+        least = self.best.accuracy.value - NEAR
+        costs = {
+            m.method.spec: cost.median
+            for m in self.evaluation.methods
+            if m.accuracy.value >= least and (cost := self._cost(m.method.spec))
+        }
+        return self.evaluation.row(min(costs, key=costs.__getitem__)) if costs else None
 
     @property
     def alike(self) -> tuple[Sequence[PairTest[MethodKey]], int]:
@@ -115,17 +145,17 @@ class JudgedSet:
         """Methods than which no cheaper one is as accurate, by rising cost."""
         return [self.evaluation.row(spec) for spec in self.fronts[ALL]]
 
-    @property
+    @cached_property
     def rows(self) -> Mapping[str, Sequence[Result]]:
         """A row a method, by group."""
         return {group: self._results(group) for group in self.groups}
 
-    @property
+    @cached_property
     def results(self) -> Sequence[Result]:
         """A row a method, on all cases."""
-        return self._results(ALL)
+        return self.rows[ALL]
 
-    @property
+    @cached_property
     def few(self) -> list[Result]:
         """The methods of charts: the front, the yardstick, and the best of further families."""
         results = {own.own.method.spec: own for own in self.results}
@@ -139,12 +169,13 @@ class JudgedSet:
 
     def _results(self, group: str) -> list[Result]:
         tests, timing, own = self.tests[group], self.timing, self.evaluation
-        yard = self.paper and timing.yardstick and self.paper.row_of(timing.yardstick)
+        shares = timing.shares[group] if timing else {}
+        yard = self.paper and self.yardstick and self.paper.row_of(self.yardstick)
         against = {test.first: test for test in tests.tests if tests.against}
         found = []
         for one in own.rows[group]:
             spec = one.method.spec
-            share = "1" if timing.yardstick == one.method else timing.shares[group].get(spec)
+            share = "1" if self.yardstick == one.method else shares.get(spec)
             like = self.paper.like(one.method) if self.paper else None
             more: dict[str, Any] = {}
             if group == ALL:
@@ -167,8 +198,12 @@ class JudgedSet:
                         if bin_.high <= 0.0 and bin_.holding
                     },
                     "fragile_errors": _fragile_errors(one),
-                    "spread": timing.spread.get(spec) if timing.repeats > 1 else None,
+                    "spread": timing.spread.get(spec) if timing and timing.repeats > 1 else None,
                     "versus": against.get(one.method),
+                    "failing": self.failing.get(spec),
+                    "cost": self._cost(spec),
+                    "growth": self.growth.get(spec),
+                    "costs": {b.name: b.cost.get(spec) for b in self.sizes if b.cost},
                 }
                 if self.paper and (printed := self.paper.row_of(one.method)):
                     more |= {
@@ -186,7 +221,11 @@ class JudgedSet:
             )
         return found
 
-    @property
+    def _cost(self, spec: str) -> Cost | None:
+        found = None if self.timing else summary_of(self.evaluation.costs.of(spec))
+        return None if found is None else Cost(*found)
+
+    @cached_property
     def cheapest(self) -> list[Cheapest]:
         """The methods whose errors cost least, by rising ratio of costs."""
         rows = {m.method.spec: m for m in self.evaluation.methods}
@@ -217,7 +256,7 @@ class JudgedSet:
     @property
     def against(self) -> Mapping[MethodKey, Sequence[Against]]:
         """Every method compared with the yardstick, and with the best one."""
-        held = dict.fromkeys(filter(None, [self.timing.yardstick, self.best.method]))
+        held = dict.fromkeys(filter(None, [self.yardstick, self.best.method]))
         return {key: self._against(key) for key in held}
 
     def _against(self, held: MethodKey) -> list[Against]:
@@ -296,14 +335,32 @@ class JudgedSet:
         )
 
     @property
+    def lines(self) -> list[MethodEvaluation]:
+        """The methods of line charts: the most accurate ones on the front."""
+        return sorted(self.front, key=lambda m: m.accuracy.value)[-_LINES:]
+
+    @property
     def by_size(self) -> list[Point]:
-        """Accuracy of methods on the front by number of items."""
-        keys = [own.method for own in self.front]
+        """Accuracy by number of boxes."""
         return [
-            Point(key, key.title, bin_.items, bin_.accuracy[key.spec])
-            for key in keys
+            Point(own.method, own.method.title, bin_.middle, bin_.accuracy[own.method.spec])
+            for own in self.lines
             for bin_ in self.sizes
         ]
+
+    @property
+    def cost_by_size(self) -> list[Point]:
+        """Median CPU times [ms]; the exponent over all sizes stands in the title."""
+        found = []
+        for key in (own.method for own in self.lines if own.method.spec in self.growth):
+            power = self.growth[key.spec].everything.value
+            title = key.title + (f": n^{power:.2f}" if math.isfinite(power) else "")
+            found += [
+                Point(key, title, bin_.middle, bin_.cost[key.spec])
+                for bin_ in self.sizes
+                if key.spec in bin_.cost
+            ]
+        return found
 
     @property
     def false_alarms(self) -> list[MarginCell]:

@@ -5,7 +5,9 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
+from typing import NamedTuple
 
 import pandas as pd
 
@@ -16,6 +18,7 @@ from steadyload.layouts.model.question import Question, with_question
 from steadyload.methods.contract.method import Status
 from steadyload.methods.contract.spec import parse_spec
 from steadyload.methods.registry import METHODS, each_question, method_class
+from steadyload.methods.tuned import TUNED, tuned_engines
 from steadyload.runs.able import able_methods, asked_question
 from steadyload.runs.definition import StudyDefinition, StudyError
 from steadyload.runs.labels import labelled_material
@@ -74,16 +77,35 @@ def _everywhere(name: str, engines: tuple[str, ...]) -> tuple[str, ...]:
     return tuple(f"{name}@{e}" for e in engines) if method and method.needs_engine else (name,)
 
 
+def limited_methods() -> tuple[str, ...]:
+    """Specs of the methods compared by default where judgements have a time limit.
+
+    Methods that were made for both questions stand in the list once a question.
+    """
+    specs = (
+        "fbs", "sme", "equilibrium", "equilibrium:margin=0.01", "equilibrium:time=0.3", "settling",
+        *(f"{TUNED}@{engine}" for engine in tuned_engines()), "lstm_e", "cascade@mujoco",
+    )  # fmt: skip
+    return tuple(
+        with_question(spec, question)
+        for spec in specs
+        for question in each_question(parse_spec(spec).name) or (Question.WITHIN,)
+    )
+
+
 PART = "test"
-"""Part of the labelled set; nothing was tuned, trained or fitted on it."""
+"""Part of the labelled sets; nothing was tuned, trained or fitted on it."""
 
+REAL, SMALL = "real", "small"
+"""Run folders of judgements with a time limit: of the set, and of small layouts."""
 
-_SHARD_SIZE = 60
+SHARD_SIZE, LIMITED_SHARD_SIZE = 60, 12
+"""Cases a unit of work, without and with a time limit."""
 
 _FEW = 0.1
 """Largest share of the timed cases that a method may refuse and still be timed on the others."""
 
-_NO_PLANAR_LABELS = "judges planar layouts alone, which have no labels of this question"
+_NO_PLANAR = "judges planar layouts alone, which this page does not show"
 
 
 @dataclass(frozen=True)
@@ -91,24 +113,32 @@ class Options:
     """Cases and methods that are judged and timed; other fields are options of the study.
 
     Attributes:
-        question: whose labels and methods the page shows. What is judged and timed does not depend
+        questions: whose labels and methods the page shows. What is judged and timed does not depend
             on it, but that planar layouts have no labels of the question ``stands``.
+        timeout: CPU seconds a judgement may take; None for no limit. With a limit there are no
+            planar layouts and no timing pass.
+        small: cases a scenario of the large set that are judged, too, with a limit alone.
+        pallets: customers' pallets that are judged on several floors, with a limit alone.
         spatial: specs of the methods that judge 3-D layouts.
         planar: specs of those on 2-D engines.
-        left_out: by spec, the reason why one of :func:`standard_methods` cannot judge.
+        left_out: by spec, the reason why a method that nobody named cannot judge.
 
     Raises:
         StudyError: a number out of range, or no method judges 3-D layouts.
+        NumberError: the time limit is none.
         SpecError, EngineNotInstalledError: a named method cannot judge.
         LearnerError: its weights cannot be read.
     """
 
     methods: tuple[str, ...] = ()
     directory: str = ""
-    question: Question = Question.WITHIN
+    questions: tuple[Question, ...] = (Question.WITHIN,)
     limit: int | None = None
     timed: int = 100
     repeats: int = 3
+    timeout: float | None = None
+    small: int = 0
+    pallets: int = 0
     spatial: tuple[str, ...] = field(init=False)
     planar: tuple[str, ...] = field(init=False)
     left_out: Mapping[str, str] = field(init=False)
@@ -118,7 +148,8 @@ class Options:
             value = getattr(self, name)
             if value is not None and value < 1:
                 raise StudyError(f"{name} is {value}; allowed: 1 or more")
-        able, left_out = able_methods(self.methods, standard_methods)
+        usual = standard_methods if self.timeout is None else limited_methods
+        able, left_out = able_methods(self.methods, usual)
         planar = tuple(spec for spec in able if _is_planar(spec))
         spatial = tuple(spec for spec in able if spec not in planar)
         if not spatial:
@@ -126,63 +157,66 @@ class Options:
                 f"methods {', '.join(able)}: none judges layouts in space; name one more, such as "
                 "sme"
             )
-        if self.question is Question.STANDS and planar:
-            left_out |= dict.fromkeys(planar, _NO_PLANAR_LABELS)
+        if planar and (Question.WITHIN not in self.questions or self.timeout is not None):
+            left_out |= dict.fromkeys(planar, _NO_PLANAR)
             planar = ()
         vars(self).update(spatial=spatial, planar=planar, left_out=left_out)
 
-    @property
-    def shown(self) -> tuple[str, ...]:
-        """Specs of the 3-D methods that the page shows.
+    def shown(self, question: Question) -> tuple[str, ...]:
+        """Specs of the 3-D methods that the page shows for a question.
 
-        Of a method that stands in the list once a question only the one that is asked this one;
-        named methods all.
+        Of a method that stands in the list once a question only the one that judges this one;
+        of named methods all, where the page is of one question.
         """
+        if len(self.questions) > 1:
+            return tuple(s for s in self.spatial if asked_question(s) in (None, question))
         if self.methods:
             return self.spatial
         stands = {spec for spec in self.spatial if asked_question(spec) is Question.STANDS}
-        if self.question is Question.WITHIN:
+        if question is Question.WITHIN:
             return tuple(spec for spec in self.spatial if spec not in stands)
         return tuple(s for s in self.spatial if with_question(s, Question.STANDS) not in stands)
 
-    def definition(self, *, planar: bool) -> StudyDefinition:
-        """Of all 3-D methods on their set, or of those shown and 2-D ones on planar layouts."""
-        return StudyDefinition(
-            name=f"table5 {PLANAR}" if planar else "table5",
-            methods=(*self.shown, *self.planar) if planar else self.spatial,
-            benchmark=PART,
-            benchmark_directory=PLANAR if planar else set_named(self.directory),
-            limit=self.limit,
-            shard_size=_SHARD_SIZE,
-        )
+    @property
+    def definitions(self) -> Mapping[str, StudyDefinition]:
+        """By run folder, the runs on labelled sets: all 3-D methods on their set comes first.
+
+        Kept rows lie in folders and studies of these names.
+        """
+        limited = self.timeout is not None
+        define = partial(
+            StudyDefinition, benchmark=PART, timeout=self.timeout,
+            shard_size=LIMITED_SHARD_SIZE if limited else SHARD_SIZE,
+        )  # fmt: skip
+        named = set_named(self.directory)
+        of_set = partial(define, methods=self.spatial, benchmark_directory=named, limit=self.limit)
+        if limited:
+            small = define("real small", self.spatial, limit=self.small)
+            return {REAL: of_set("real"), **({SMALL: small} if self.small else {})}
+        planar = define(
+            f"table5 {PLANAR}", (*self.shown(Question.WITHIN), *self.planar),
+            benchmark_directory=PLANAR, limit=self.limit,
+        )  # fmt: skip
+        return {SPATIAL: of_set("table5"), **({PLANAR: planar} if self.planar else {})}
 
 
 @dataclass(frozen=True)
-class Ran:
-    """A set whose cases were judged, and some of them timed.
+class Timed:
+    """The timing pass of a set.
 
     Attributes:
-        definition: what was judged.
-        folder: of the run.
-        cases: those that were timed, (layout, scenario) in the order of the times.
+        cases: (layout, scenario) in the order of the times.
         times: of the methods that were timed.
         untimed: by spec, the reason why a method was not timed.
         refused: by spec, number of cases that no method was timed on because this one refuses them.
     """
 
-    definition: StudyDefinition
-    folder: Path
     cases: tuple[tuple[str, str], ...]
     times: Times
     untimed: Mapping[str, str]
     refused: Mapping[str, int]
 
-    @property
-    def is_planar(self) -> bool:
-        """Whether its layouts are planar."""
-        return self.definition.benchmark_directory == PLANAR
-
-    def timed_among(self, cases: pd.Index) -> Ran:
+    def among(self, cases: pd.Index) -> Timed:
         """The same with the times of those cases alone that are among some."""
         kept = pd.MultiIndex.from_tuples(self.cases, names=KEYS).isin(cases)
         cpu, wall = (
@@ -194,7 +228,15 @@ class Ran:
         return dataclasses.replace(self, cases=chosen, times=times)
 
 
-def judged_and_timed(lab: Lab, asked: Options) -> tuple[Ran, Ran | None]:
+class Ran(NamedTuple):
+    """A run on a labelled set: its definition and folder, and its timing pass if there was one."""
+
+    definition: StudyDefinition
+    folder: Path
+    timed: Timed | None
+
+
+def judged_and_timed(lab: Lab, asked: Options) -> Mapping[str, Ran]:
     """Judge all cases, then time some of them; an interrupted run is resumed.
 
     Args:
@@ -203,7 +245,7 @@ def judged_and_timed(lab: Lab, asked: Options) -> tuple[Ran, Ran | None]:
         asked: the options.
 
     Returns:
-        The 3-D part, and the planar one; None without a 2-D method.
+        By folder, see :attr:`Options.definitions`.
 
     Raises:
         ResultsError: the folder holds another study.
@@ -212,19 +254,26 @@ def judged_and_timed(lab: Lab, asked: Options) -> tuple[Ran, Ran | None]:
     if (lab.work / "manifest.json").exists():  # its page would be overwritten
         name = load_manifest(lab.work)["study"]["name"]
         raise ResultsError(f"{lab.work}: holds the study {name!r}; choose another folder")
-    folders = {SPATIAL: asked.definition(planar=False)}
-    if asked.planar:
-        folders[PLANAR] = asked.definition(planar=True)
-    for name, definition in folders.items():
-        run_study(
-            definition, lab.work / name, workers=lab.workers,
-            progress=lambda *of: lab.progress("judging", *of),
-        )  # fmt: skip
-    found = [_timed(lab, asked, own, lab.work / name) for name, own in folders.items()]
-    return found[0], found[1] if len(found) > 1 else None
+    for name, definition in asked.definitions.items():
+        run(lab, definition, name)
+    return {
+        name: Ran(
+            definition, lab.work / name,
+            _timed(lab, asked, definition, lab.work / name) if asked.timeout is None else None,
+        )
+        for name, definition in asked.definitions.items()
+    }  # fmt: skip
 
 
-def _timed(lab: Lab, asked: Options, definition: StudyDefinition, folder: Path) -> Ran:
+def run(lab: Lab, definition: StudyDefinition, name: str) -> None:
+    """Judge what is missing of a run in a folder of the lab."""
+    run_study(
+        definition, lab.work / name, workers=lab.workers,
+        progress=lambda *of: lab.progress("judging", *of),
+    )  # fmt: skip
+
+
+def _timed(lab: Lab, asked: Options, definition: StudyDefinition, folder: Path) -> Timed:
     fewer = dataclasses.replace(definition, limit=min(asked.timed, asked.limit or asked.timed))
     cases = {
         (layout.name, str(scenario)): layout for scenario, layout in labelled_material(fewer).cases
@@ -241,8 +290,7 @@ def _timed(lab: Lab, asked: Options, definition: StudyDefinition, folder: Path) 
         workers=lab.workers,
         progress=lambda *of: lab.progress("timing", *of),
     )
-    counts = {spec: len(own) for spec, own in refused.items()}
-    return Ran(definition, folder, tuple(cases), times, untimed, counts)
+    return Timed(tuple(cases), times, untimed, {spec: len(own) for spec, own in refused.items()})
 
 
 def _not_judged(

@@ -21,6 +21,7 @@ from steadyload.runs.evaluation import (
     MethodEvaluation,
 )
 from steadyload.statistics.estimate import Estimate
+from steadyload.studies.evaluation.costing import Growth
 
 _whole = partial(plain_percent, digits=0)
 
@@ -34,6 +35,35 @@ def _alarms(found: Estimate) -> str:
 
 
 @row
+class Cost:
+    """CPU time of a judgement [ms]."""
+
+    mean: float = column("mean ms", significant)
+    median: float = column("median ms", significant)
+    ninety: float = column("90 % ms", significant)
+    worst: float = column("worst ms", significant)
+
+
+@row
+class NoVerdict:
+    """Cases on which a method ended with one status; ``reason`` of that with most boxes."""
+
+    method: str = column()
+    status: str = column()
+    cases: int = column()
+    boxes: str = column(left=False)
+    reason: str = column("reason, with most boxes")
+
+
+@row
+class Failing:
+    """Share of cases whose label is a failing step."""
+
+    label: str = column()
+    share: Estimate = column("fails %", percent)
+
+
+@row
 class Result:
     """One method on a group of cases; what is by class, size, margin or ratio is of all cases.
 
@@ -43,6 +73,8 @@ class Result:
         cost_at: expected cost of errors, by the cost of an overestimation.
         alarms: false alarms on steps that do not balance, by margin.
         beside: accuracy in the paper and here, by group.
+        failing: accuracy on cases whose label is a failing step.
+        cost, growth, costs: of judging with a time limit; ``costs`` is the median by bin.
         versus: the test against one method; None where all pairs are tested, and for that method.
     """
 
@@ -62,6 +94,10 @@ class Result:
     paper_wall: float | None = column("paper, wall ms", compact, default=None)
     paper_share: float | None = column("paper, of its PS_3", compact, default=None)
     versus: PairTest[MethodKey] | None = None
+    failing: Estimate | None = column("failing: accuracy %", percent, default=None)
+    cost: Cost | None = None
+    growth: Growth | None = None
+    costs: Mapping[str, float | None] = column("{}", significant, default_factory=dict)
 
     @property
     def ratio(self) -> str | None:
@@ -76,7 +112,7 @@ class Point:
     method: MethodKey
     title: str
     x: float | str
-    value: Estimate | None
+    value: Estimate | float | None
 
 
 @row

@@ -2,7 +2,6 @@
 
 import dataclasses
 import math
-import re
 
 import numpy as np
 import pandas as pd
@@ -20,17 +19,21 @@ from steadyload.methods.contract.spec import SpecError
 from steadyload.numbers import NumberError
 from steadyload.reports.pages.writing import write_page
 from steadyload.runs.able import able_methods
+from steadyload.runs.costs import Costs
 from steadyload.runs.definition import StudyError
 from steadyload.runs.judged import load_judged
+from steadyload.studies.evaluation.costing import (
+    SOURCE,
+    growth_of,
+    limited_costs,
+    summary_of,
+)
+from steadyload.studies.evaluation.delivered import CUSTOMERS, DELIVERED, PACKERS
+from steadyload.studies.evaluation.floors import FLOORS
+from steadyload.studies.evaluation.judging import REAL, limited_methods
+from steadyload.studies.evaluation.screened import REASONS, screened_steps
+from steadyload.studies.evaluation.study import Evaluation
 from steadyload.studies.kit import Lab
-from steadyload.studies.real.best import best_method
-from steadyload.studies.real.comparing import _chosen
-from steadyload.studies.real.costing import JudgingCost, cost_of, growth_of
-from steadyload.studies.real.delivered import CUSTOMERS, DELIVERED, PACKERS
-from steadyload.studies.real.judging import FLOORS, REAL, standard_methods
-from steadyload.studies.real.screened import REASONS, screened_steps
-from steadyload.studies.real.sizes import CONSTANT, bins
-from steadyload.studies.real.study import Real
 
 WITHIN, STANDS = Question.WITHIN, Question.STANDS
 ASKED = ("fbs", "equilibrium:margin=0.01", "lstm_e", "ps3@mujoco")
@@ -86,7 +89,9 @@ def folder(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def study(folder):
-    return Real(methods=ASKED, directory=str(folder), timeout=SHORT, small=0, sizes=(4,), pallets=5)
+    return Evaluation(
+        methods=ASKED, directory=str(folder), asked="both", timeout=SHORT, sizes=(4,), pallets=5
+    )
 
 
 @pytest.fixture(scope="module")
@@ -109,6 +114,12 @@ def right(estimate):
     return round(estimate.value * estimate.n) if estimate.n else 0, estimate.n
 
 
+def results(found, question):
+    """Results of a question by spec."""
+    [own] = [one for one in found.sets if one.question is question]
+    return {one.own.method.spec: one for one in own.results}
+
+
 @pytest.mark.parametrize(
     ("spec", "question", "overall", "failing"),
     [
@@ -119,105 +130,73 @@ def right(estimate):
         ("equilibrium:margin=0.01", WITHIN, (6, 8), (3, 3)),
         ("equilibrium:margin=0.01", STANDS, (7, 8), (4, 4)),
         # It refuses the heavy cube and the deck, and does not see the late fall.
-        ("lstm_e", WITHIN, (6, 6), (3, 3)),
-        ("lstm_e", STANDS, (5, 6), (3, 4)),
+        ("lstm_e", WITHIN, (6, 8), (3, 3)),
         ("ps3@mujoco", WITHIN, (0, 8), (0, 3)),
-        ("ps3@mujoco", STANDS, (0, 8), (0, 4)),
-        (CONSTANT.spec, WITHIN, (5, 8), (0, 3)),
-        (CONSTANT.spec, STANDS, (4, 8), (0, 4)),
     ],
 )
 def test_both_questions_have_their_accuracies(found, spec, question, overall, failing):
-    accuracy = found.real.of(spec).accuracy[question]
-    assert (right(accuracy.overall), right(accuracy.failing)) == (overall, failing)
+    one = results(found, question)[spec]
+    assert (right(one.own.accuracy), right(one.failing)) == (overall, failing)
 
 
-def test_a_refusal_is_not_wrong_but_behind_the_best(found):
-    results = {r.method.spec: r for r in found.real.methods}
-    assert [dict(r.without_verdict) for r in results.values()] == [
-        {}, {}, {"refused": 2}, {"timeout": 8}, {},
-    ]  # fmt: skip
-    assert [r.asked for r in results.values()] == [None, None, WITHIN, WITHIN, None]
+def test_a_method_is_compared_for_the_question_that_it_judges(found):
+    assert list(results(found, WITHIN)) == [*ASKED]
+    assert list(results(found, STANDS)) == [*ASKED[:2]]
+    assert right(results(found, WITHIN)["lstm_e"].own.stands) == (5, 8)
+
+
+def test_a_refusal_is_wrong_and_counted_apart(found):
+    rows = [one.own for one in results(found, WITHIN).values()]
+    assert [dict(r.without_verdict) for r in rows] == [{}, {}, {"refused": 2}, {"timeout": 8}]
     # Three methods are right on six of eight cases; the first of them is the best.
-    behind = {
-        q: [r.accuracy[q].behind and r.accuracy[q].behind.value for r in results.values()]
-        for q in Question
-    }
-    assert behind[WITHIN] == [None, 0.0, 0.0, -0.75, None]
-    assert behind[STANDS] == [None, 0.0, -0.25, -0.875, None]
+    assert [r.behind and r.behind.value for r in rows] == [None, 0.0, 0.0, -0.75]
 
 
 def test_cases_are_counted_by_boxes(found):
-    few, many = found.groups
-    bins = [group.bin for group in found.groups]
-    assert [(b.boxes, b.cases, b.item_lists, b.middle) for b in bins] == [
-        ("3 to 4", 4, 2, 3.5),
-        ("5 to 6", 4, 4, 5.5),
-    ]
-    assert right(few.of("fbs").accuracy[WITHIN].overall) == (4, 4)
-    assert right(many.of("fbs").accuracy[WITHIN].overall) == (2, 4)
-    assert right(many.of("fbs").accuracy[STANDS].overall) == (3, 4)
-    assert [right(b.within) for b in bins] == [(2, 4), (1, 4)]
-    assert [right(b.stands) for b in bins] == [(2, 4), (2, 4)]
-    assert {row.label: right(row.share) for row in found.failing} == {
+    for own, fails in zip(found.sets, ((2, 1), (2, 2)), strict=True):
+        few, many = own.sizes
+        assert [(b.name, b.cases, b.item_lists, b.middle) for b in own.sizes] == [
+            ("3 to 4", 4, 2, 3.5),
+            ("5 to 6", 4, 4, 5.5),
+        ]
+        assert [4 - right(b.stable)[0] for b in own.sizes] == [*fails]
+        assert right(few.accuracy["fbs"]) == (4, 4)
+        assert right(many.accuracy["fbs"]) == (2 if own.question is WITHIN else 3, 4)
+        assert right(own.stable) == (8 - sum(fails), 8)
+    assert {row.label: right(row.share) for row in found.fails} == {
         "within, the cases of this page": (3, 8), "within, the whole set": (3, 8),
         "stands, the cases of this page": (4, 8), "stands, the whole set": (4, 8),
     }  # fmt: skip
     assert (found.small, dict(found.unlabelled)) == (False, {})
 
 
-def test_layouts_larger_than_all_bins_are_a_bin(cases):
-    counts = [int(mask.sum()) for mask in bins(cases, (2, 3, 5))]
-    assert counts == [2, 4, 2]  # none of at most 2; two of 3; four of 4 and 5; two of 6
-
-
 def test_a_judgement_that_was_given_up_costs_the_limit(cases):
     results = cases.results.assign(cpu_total=0.0)
     rest = dataclasses.replace(cases, results=results)
-    assert cost_of(rest, "ps3@mujoco", 20.0) == JudgingCost(8, 2e4, 2e4, 2e4, 2e4)
-    assert cost_of(rest, "lstm_e", 20.0) == JudgingCost(6, 0.0, 0.0, 0.0, 0.0)
+    costs = limited_costs(rest, 20.0)
+    assert summary_of(costs.of("ps3@mujoco")) == (2e4, 2e4, 2e4, 2e4)
+    assert summary_of(costs.of("lstm_e")) == (0.0, 0.0, 0.0, 0.0)
+    assert len(costs.of("lstm_e")) == 6
     results["cpu_total"] = results["item_count"] / 1e3
-    cost = cost_of(rest, "fbs", 20.0)
+    cost = summary_of(limited_costs(rest, 20.0).of("fbs"))
     boxes = results.loc[results["method"] == "fbs", "item_count"]
-    assert (cost.n, cost.mean, cost.median, cost.worst) == (8, boxes.mean(), 4.5, 6.0)
+    assert (cost[0], cost[1], cost[3]) == (boxes.mean(), 4.5, 6.0)
     # The cost grows as the boxes do, and the exponent is of what a method calls stable.
     growth = growth_of("fbs", rest, rest)
-    assert (growth.real.n, growth.everything.n) == (3, 6)
-    assert math.isclose(growth.real.value, 1.0)
-    assert growth_of("ps3@mujoco", rest, None).real.n == 0
+    assert (growth.own.n, growth.everything.n) == (3, 6)
+    assert math.isclose(growth.own.value, 1.0)
+    assert growth_of("ps3@mujoco", rest, None).own.n == 0
 
 
-def test_the_cheapest_of_the_best_is_chosen(found):
-    def costing(**medians):
-        methods = tuple(
-            dataclasses.replace(r, cost=JudgingCost(
-                8, 9.0, medians[r.method.spec.partition(":")[0]], 1.0, 1.0
-            ) if r.method.spec else None)
-            for r in found.real.methods
-        )  # fmt: skip
-        return dataclasses.replace(found.real, methods=methods)
-
-    dear = costing(fbs=3.0, equilibrium=2.0, lstm_e=1.0, **{"ps3@mujoco": 0.5})
-    assert _chosen(dear, WITHIN).method.spec == "lstm_e"
-    assert _chosen(dear, STANDS).method.spec == "equilibrium:margin=0.01"
-
-
-def test_methods_that_may_be_as_accurate_as_the_best_are_named(cases):
-    """On six item lists no difference of two methods that judge alike is significant."""
-    within = best_method(cases, WITHIN)
-    assert (within.method.spec, within.others) == ("fbs", 3)
-    assert [key.spec for key in within.alike] == [*ASKED[1:]]
-    # Every case twice, each a list of its own: what is wrong everywhere differs.
-    said = cases.said.assign(**{"ps3@mujoco": -1})
-    twice = pd.concat([said, said.rename(lambda name: f"{name} again", level=0)])
-    labels = pd.concat([cases.labels, cases.labels])
-    labels.index = twice.index
-    more = dataclasses.replace(
-        cases, said=twice, labels=labels, clusters=pd.Series(range(16), twice.index)
-    )
-    found = best_method(more, WITHIN)
-    assert "ps3@mujoco" not in [key.spec for key in found.alike]
-    assert found.others == 3
+def test_the_cheapest_of_the_best_is_chosen_by_the_median(found):
+    own = found.own
+    costs = {spec: taken.copy() for spec, taken in own.evaluation.costs.milliseconds.items()}
+    for spec, median in (("fbs", 3.0), (ASKED[1], 2.0), ("lstm_e", 1.0), ("ps3@mujoco", 0.5)):
+        costs[spec]["cpu_total"] = median
+        costs[spec].iloc[0, costs[spec].columns.get_loc("cpu_total")] = 100.0 / median
+    evaluation = dataclasses.replace(own.evaluation, costs=Costs(SOURCE, costs))
+    chosen = dataclasses.replace(own, evaluation=evaluation).near_best
+    assert chosen.method.spec == "lstm_e"
 
 
 def test_customers_pallets_are_told_from_plans_of_packers(found):
@@ -270,26 +249,18 @@ def test_screen_and_reference_are_compared():
 def test_the_page_answers_first(study, found, tmp_path):
     text = write_page(study.page(found), tmp_path).read_text()
     first = text.partition("\n## ")[0]
-    assert first.startswith("# Layouts of real size\n\nOn 8 cases of 3 to 6 boxes (6 item lists),")
+    assert first.startswith("# Accuracy and cost of all methods on pallets of real size\n\nFor the")
     assert "1 of the cases are customers' pallets (1 pallets of 1 orders)" in first
-    assert "1 of 1 stand by the label *within*" in first
-    assert "of 3 other methods compared with the most accurate one, FBS, these do not" in first
-    assert "would be right on 62.5 % (within), 50.0 % (stands)" in first
-    header = next(line for line in first.splitlines() if line.startswith("| method"))
-    assert header.count("|") == 8
-    assert [cell.strip() for cell in header.split("|")[4:7]] == ["CPU ms, mean", "median", "90 %"]
-    rows = [line for line in first.splitlines() if line.startswith("| ")]
-    (learned,) = [row for row in rows if row.startswith("| LSTM_e")]
-    assert re.search(r"\| 100\.0 \[.*\| +83\.3 \[.*\| +2 refused \|$", learned)
-    assert any(row.startswith("| PS_3 @ mujoco") and row.endswith("8 timeout |") for row in rows)
-    assert {p.name.partition(".")[0] for p in (tmp_path / "figures").iterdir()} == {
-        "accuracy_by_boxes", "cost_by_boxes",
-    }  # fmt: skip
+    assert "1 of 1 by the label *within*" in text
+    assert "FBS: 75.0 [" in first
+    assert "Of 3 other methods, each compared with it, these do not differ from it" in first
+    assert "62.5 % (within), 50.0 % (stands)." in text
 
 
 def test_the_command_judges_small_layouts_too_and_goes_on(folder, tmp_path, capsys):
-    words = ["real", "--directory", str(folder), "-m", "fbs", "-m", "sme", "--small", "2",
-             "--sizes", "4", "6", "--work", str(tmp_path), "-j", "1"]  # fmt: skip
+    words = ["evaluation", "--directory", str(folder), "-m", "fbs", "-m", "sme", "--small", "2",
+             "--question", "both", "--timeout", "20", "--sizes", "4", "6", "--pallets", "60",
+             "--work", str(tmp_path), "-j", "1"]  # fmt: skip
     for _ in range(2):
         assert main(words) == 0
         assert capsys.readouterr().out == f"{tmp_path}/report.md\n"
@@ -310,15 +281,15 @@ def test_the_command_judges_small_layouts_too_and_goes_on(folder, tmp_path, caps
 )
 def test_what_cannot_be_is_refused(given, error, message, tmp_path):
     with pytest.raises(error, match=message):
-        Real(**{"methods": ("fbs",), **given}).run(Lab(tmp_path))
+        Evaluation(**{"methods": ("fbs",), **given}).run(Lab(tmp_path))
 
 
 def test_without_a_set_there_is_no_study(tmp_path):
-    asked = Real(methods=("fbs",), directory=str(tmp_path / "none"))
+    study = Evaluation(methods=("fbs",), directory=str(tmp_path / "none"), timeout=20.0)
     with pytest.raises(BenchmarkError, match="no manifest"):
-        asked.run(Lab(tmp_path / "work"))
+        study.run(Lab(tmp_path / "work"))
 
 
 @pytest.mark.engine("bullet")
-def test_usual_methods_exist_and_are_asked_both_questions():
-    assert able_methods((), standard_methods) == (standard_methods(), {})
+def test_usual_methods_exist_and_judge_both_questions():
+    assert able_methods((), limited_methods) == (limited_methods(), {})

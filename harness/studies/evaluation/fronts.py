@@ -6,36 +6,39 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from steadyload.app.recommend.front import SIZES, Front, FrontError
 from steadyload.app.recommend.kept import NAME, SPATIAL, load_fronts
 from steadyload.app.recommend.measured import front_of
 from steadyload.layouts.model.question import Question
+from steadyload.runs.costs import CPU
 from steadyload.runs.evaluation import evaluate
 from steadyload.runs.judged import load_judged, manifest_lines
+from steadyload.statistics.estimate import NOTHING
 from steadyload.statistics.metrics import median
-from steadyload.studies.real.costing import judging_times
-from steadyload.studies.real.judging import REAL, SMALL
-from steadyload.studies.real.sizes import bins
+from steadyload.studies.evaluation.costing import limited_costs
+from steadyload.studies.evaluation.judging import REAL, SMALL
 
 
 def measured_in(run: str | Path) -> tuple[Front, ...]:
     """Measurements of a folder, from its :data:`NAME` where it has one.
 
     Args:
-        run: work folder of Table 5 or of the study of layouts of real size, or the run folder of a
-            study on a labelled set.
+        run: work folder of an evaluation, or the run folder of a study on a labelled set.
 
     Raises:
         ResultsError: not such a folder, or no case in it has been judged by all methods yet.
-        FrontError: its layouts have no labels, its :data:`NAME` is damaged, or it is a Table 5
-            that is not complete yet.
+        FrontError: its layouts have no labels, its :data:`NAME` is damaged, or it is an
+            evaluation that is not complete yet.
     """
     run = Path(run)
     if (kept := run / NAME).exists():
         return load_fronts(kept)
     if (run / SPATIAL).exists():
         raise FrontError(
-            f"{run}: Table 5 is not whole there yet; go on with steadyload evaluation --work {run}"
+            f"{run}: the evaluation is not complete there; go on with steadyload evaluation "
+            f"--work {run}"
         )
     if (run / REAL).exists():
         folders = [folder for name in (SMALL, REAL) if (folder := run / name).exists()]
@@ -47,13 +50,14 @@ def _fronts(folder: Path, *, medians: bool) -> Iterator[Front]:
     """A front a bin of the number of boxes and question.
 
     CPU times are means over its cases, as on the page of a comparison; or medians over all cases
-    of the bin, as on the page of layouts of real size.
+    of the bin, as where judgements have a time limit.
     """
     judged = load_judged(folder)
     if judged.labels is None:
         raise FrontError(f"{folder}: its layouts have no labels, so that no accuracy is known")
-    for here in bins(judged, SIZES):
-        of_size = judged.only(here)
+    place = np.searchsorted(SIZES, judged.labels["item_count"].to_numpy(int))
+    for number in np.unique(place):
+        of_size = judged.only(place == number)
         for question in Question:
             asked = of_size.asked(question)
             if asked.said.empty:
@@ -61,9 +65,11 @@ def _fronts(folder: Path, *, medians: bool) -> Iterator[Front]:
             rows, times = evaluate(asked, by_scenario=False).methods, "mean of judging"
             if medians:
                 limit = float(judged.manifest["study"]["timeout"])
-                taken = [judging_times(of_size, row.method.spec, limit) for row in rows]
+                costs = limited_costs(of_size, limit)
+                taken = [costs.of(row.method.spec) for row in rows]
                 rows = tuple(
-                    replace(row, cpu=median(own)) for row, own in zip(rows, taken, strict=True)
+                    replace(row, cpu=NOTHING if own is None else median(own[CPU]))
+                    for row, own in zip(rows, taken, strict=True)
                 )
                 times = f"median of judging, given up after {limit:g} s"
             yield front_of(asked, question, rows, times, manifest_lines(judged))

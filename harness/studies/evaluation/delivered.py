@@ -48,8 +48,9 @@ _CENTRES = {
 
 
 def origins(judged: JudgedCases, layouts: pd.DataFrame) -> tuple[Origin, ...]:
-    """Cases of a run by origin, those of customers by scenario, too; an origin without a case is
-    left out.
+    """Cases of a run by origin, those of customers by scenario, too.
+
+    An origin without a case is left out; there are none where no customer's pallet is.
 
     Args:
         judged: by all methods.
@@ -59,6 +60,8 @@ def origins(judged: JudgedCases, layouts: pd.DataFrame) -> tuple[Origin, ...]:
     scenarios = judged.said.index.get_level_values("scenario")
     software = layouts["sources"].loc[names].map(lambda found: PALLET_SOFTWARE in found)
     theirs = software.to_numpy(bool)
+    if not theirs.any():
+        return ()
     masks = {CUSTOMERS: theirs}
     masks |= {
         title: theirs & np.asarray(scenarios == str(scenario))
