@@ -75,8 +75,6 @@ def entries() -> list[Entry]:
 
 def _work(page: PublishedPage, usual: Path) -> Path:
     words = shlex.split(page.flags)
-    if page.rows:
-        return Path(page.rows)
     return Path(words[words.index("--work") + 1]) if "--work" in words else usual
 
 

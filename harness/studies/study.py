@@ -27,14 +27,12 @@ class PublishedPage:
         flags: flags after the command of the study; file patterns are expanded.
         before: command lines that make the input of the page.
         question: the question of the page, where that is not the whole question of the study.
-        rows: folder of the rows that it is made of, where that is not the work folder.
     """
 
     folder: str
     flags: str = ""
     before: tuple[str, ...] = ()
     question: str = ""
-    rows: str = ""
 
 
 class Study(ABC, Generic[C, R]):

@@ -181,7 +181,7 @@ def test_kept_archives_hold_no_superseded_shards():
 
 def test_every_page_has_a_folder_of_its_rows():
     work = {entry.name: str(entry.work) for entry in published.entries()}
-    assert work["accuracy"] == "runs/accuracy"
+    assert work["evaluation_real"] == "runs/evaluation_real"
     assert work["properties"] == "runs/properties"
     assert work["evaluation"] == work["evaluation_stands"] == "runs/evaluation"
 

@@ -156,3 +156,12 @@ def test_a_study_is_named_after_its_package_and_has_its_options():
         "else", "study else", Path("runs/else"),
     )  # fmt: skip
     assert Other.pages == (PublishedPage("elsewhere"),)
+
+    class Unpublished(Mine):
+        __module__ = "unpublished"
+        pages = ()
+
+        def run(self, lab: Lab) -> Found:
+            raise NotImplementedError
+
+    assert Unpublished.pages == ()

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from steadyload.config import REQUIRED
-from steadyload.studies.kit import Lab, PublishedPage, Study, operand
+from steadyload.studies.kit import Lab, Study, operand
 
 if TYPE_CHECKING:
     from steadyload.studies.report.comparing import Found
@@ -18,13 +18,7 @@ class RunReport(Study["Found"]):
     question = "How do methods compare on many layouts: accuracy, cost, and where they disagree?"
     about = "write report.md of a study's folder"
     workers = None
-    pages = (
-        PublishedPage(
-            "accuracy", "runs/accuracy",
-            ("study run reports/published/accuracy/study.toml -o runs/accuracy",),
-            rows="runs/accuracy",
-        ),
-    )  # fmt: skip
+    pages = ()
 
     directory: Path = operand(REQUIRED, "folder of a study's run", metavar="DIR")
 
