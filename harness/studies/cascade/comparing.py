@@ -80,8 +80,6 @@ class Judged:
     title: str = column("method")
     n: int = column()
     accuracy: Estimate = column("accuracy %", percent)
-    over: Estimate = column("overestimated %", percent)
-    under: Estimate = column("underestimated %", percent)
     cpu: Estimate = column("CPU ms", milliseconds)
     ahead: Estimate | None = column("cascade ahead", percent, "accuracy of the cascade minus its")
     cost_ratio: Estimate | None = column("share of its time", factor, "CPU time of the cascade")
@@ -324,7 +322,7 @@ def _cascade(engine: str, thresholds: Path | None, budget: float | None = None) 
 
 def _row(found: MethodEvaluation, budget: float | None) -> Judged:
     """A method as it is shown; ``budget`` of a cascade [points]."""
-    same = ("method", "accuracy", "over", "under", "cpu", "ahead", "cost_ratio")
+    same = ("method", "accuracy", "cpu", "ahead", "cost_ratio")
     return Judged(
         **{name: getattr(found, name) for name in same},
         title=found.method.title,
