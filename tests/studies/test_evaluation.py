@@ -86,7 +86,6 @@ def test_the_page_says_which_conclusions_other_rules_turn_round(written):
     [answer] = [line for line in text.splitlines() if "Which conclusions survive" in line]
     assert "** Of 1 conclusions" in answer  # equilibrium beside SME
     assert "On 6 cases;" in answer
-    assert list((written / "page" / "figures").glob("ranks.*.svg"))
 
 
 def test_errors_cost_what_verdicts_and_labels_say(written, assert_drawn):

@@ -8,8 +8,6 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-import numpy as np
-
 from steadyload.layouts.model.question import Question
 from steadyload.methods.naming import MethodKey
 from steadyload.reports.columns import (
@@ -26,7 +24,7 @@ from steadyload.runs.evaluation import (
     cheapest_near,
 )
 from steadyload.runs.paper import Paper
-from steadyload.statistics.error_costs import LEAST, MOST, cheapest_by_ratio
+from steadyload.statistics.error_costs import cheapest_by_ratio
 from steadyload.statistics.estimate import Estimate
 from steadyload.studies.evaluation.costing import Growth, summary_of
 from steadyload.studies.evaluation.error_places import (
@@ -243,15 +241,14 @@ class JudgedSet:
     @property
     def error_costs(self) -> list[Point]:
         """Expected costs of errors over the ratio, of methods that are the cheapest at some."""
-        methods = dict.fromkeys(each.own.method for each in self.cheapest)
-        found = []
-        for key in methods:
-            errors = self.evaluation.row(key.spec).errors
-            for ratio in np.geomspace(LEAST, MOST, 9):
-                cost = None if errors is None else errors.cost(float(ratio))
-                known = cost if cost is not None and cost.value > 0.0 else None
-                found.append(Point(key, key.title, float(ratio), known))
-        return found
+        keys = {each.own.method for each in self.cheapest}
+        return [
+            Point(own.own.method, own.own.method.title, float(ratio), cost)
+            for own in self.results
+            if own.own.method in keys
+            for ratio, cost in own.cost_at.items()
+            if cost is not None and cost.value > 0.0
+        ]
 
     @property
     def against(self) -> Mapping[MethodKey, Sequence[Against]]:
