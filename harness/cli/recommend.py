@@ -57,7 +57,7 @@ class Recommend:
         from steadyload.app.recommend.kept import load_fronts
 
         if self.run_folder is not None:
-            from steadyload.studies.evaluation.fronts import measured_in
+            from steadyload.app.recommend.folder import measured_in
 
             fronts = measured_in(self.run_folder)
         elif self.write:

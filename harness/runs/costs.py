@@ -10,12 +10,14 @@ import numpy as np
 import pandas as pd
 
 from steadyload.layouts.benchmark.dataset import KEYS
+from steadyload.methods.contract.method import Status
 from steadyload.runs.timing import Times
 
 BUSY = 1.5
 """Load above which other processes disturbed the timing; one process is the measured one."""
 
 CPU, WALL = "cpu_total", "wall_total"
+_WITHOUT_COST = [str(s) for s in (Status.REFUSED, Status.CRASHED, Status.ERROR)]
 PHASES = ("cpu_build", "cpu_step", "cpu_read")
 
 
@@ -86,12 +88,34 @@ class Costs:
         return found if found is not None and len(found) else None
 
 
-def judging_costs(results: pd.DataFrame, source: CostSource) -> Costs:
-    """The times that the result rows of a run hold."""
+def judging_costs(results: pd.DataFrame, source: CostSource | None = None) -> Costs:
+    """The times that the result rows of a run hold.
+
+    Args:
+        results: the rows.
+        source: of the times; None says no more of them than that they are of judging.
+    """
     columns = [CPU, WALL, *(phase for phase in PHASES if phase in results)]
     taken = 1e3 * results.groupby(["method", *KEYS])[columns].median()
     specs = taken.index.unique("method")
+    source = source or CostSource(CostKind.JUDGING)
     return Costs(source, {str(spec): taken.loc[spec] for spec in specs})
+
+
+def limited_costs(results: pd.DataFrame, timeout: float) -> Costs:
+    """Times of judging with a time limit [s]; an abandoned judgement costs that much at least.
+
+    Cases that were refused, or that ended the process, are missing.
+    """
+    costs, found = judging_costs(results), {}
+    first = results[results["repetition"] == 0]
+    for spec, taken in costs.milliseconds.items():
+        status = first[first["method"] == spec].set_index(KEYS)["status"].loc[taken.index]
+        late = status == str(Status.TIMEOUT)
+        cost = taken.where(~late, taken.clip(lower=1e3 * timeout))
+        if len(known := cost[~status.isin(_WITHOUT_COST)]):
+            found[spec] = known
+    return Costs(costs.source, found)
 
 
 def timed_costs(times: Times, cases: pd.MultiIndex) -> Costs:

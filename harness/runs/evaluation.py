@@ -36,7 +36,7 @@ from steadyload.runs.accuracy import (
     verdicts_against_labels,
 )
 from steadyload.runs.comparison import Compared, Family, Slice, compared, difference
-from steadyload.runs.costs import CPU, PHASES, WALL, CostKind, Costs, CostSource, judging_costs
+from steadyload.runs.costs import CPU, PHASES, WALL, Costs, CostSource, judging_costs
 from steadyload.runs.judged import JudgedCases, load_judged
 from steadyload.runs.labels import item_lists
 from steadyload.statistics.error_costs import ErrorShares
@@ -264,7 +264,7 @@ def evaluate(
     """
     judged = run if isinstance(run, JudgedCases) else load_judged(run)
     if costs is None:
-        costs = judging_costs(judged.results, source or CostSource(CostKind.JUDGING))
+        costs = judging_costs(judged.results, source)
     scenarios = judged.scenarios if by_scenario else ()
     rows = {ALL: _rows(judged, costs, ALL)}
     for scenario in scenarios:

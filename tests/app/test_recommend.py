@@ -11,6 +11,7 @@ import pandas as pd
 import pytest
 
 from steadyload.app.recommend import kept
+from steadyload.app.recommend.folder import measured_in
 from steadyload.app.recommend.front import (
     Front,
     FrontError,
@@ -31,7 +32,6 @@ from steadyload.runs.results import load_results
 from steadyload.runs.runner import run_study
 from steadyload.statistics.error_costs import ErrorShares
 from steadyload.statistics.estimate import Estimate
-from steadyload.studies.evaluation.fronts import measured_in
 from steadyload.studies.evaluation.study import Evaluation
 from steadyload.studies.kit import Lab
 

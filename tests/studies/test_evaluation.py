@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from steadyload.app.recommend.folder import measured_in
 from steadyload.app.recommend.kept import SPATIAL
 from steadyload.cli import main
 from steadyload.layouts.benchmark import load_benchmark
@@ -37,7 +38,6 @@ from steadyload.studies.evaluation.comparing import (
     tunings,
     unlike_the_paper,
 )
-from steadyload.studies.evaluation.fronts import measured_in
 from steadyload.studies.evaluation.judging import Options, judged_and_timed
 from steadyload.studies.evaluation.study import Evaluation
 from steadyload.studies.kit import Lab

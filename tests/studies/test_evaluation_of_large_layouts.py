@@ -7,7 +7,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from steadyload.app.recommend.kept import REAL
 from steadyload.cli import main
+from steadyload.labelling.screened import REASONS, screened_steps
 from steadyload.labelling.screening import label_screened
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.benchmark import BenchmarkError
@@ -19,19 +21,16 @@ from steadyload.methods.contract.spec import SpecError
 from steadyload.numbers import NumberError
 from steadyload.reports.pages.writing import write_page
 from steadyload.runs.able import able_methods
-from steadyload.runs.costs import Costs
+from steadyload.runs.costs import limited_costs
 from steadyload.runs.definition import StudyError
 from steadyload.runs.judged import load_judged
 from steadyload.studies.evaluation.costing import (
-    SOURCE,
     growth_of,
-    limited_costs,
     summary_of,
 )
 from steadyload.studies.evaluation.delivered import CUSTOMERS, DELIVERED, PACKERS
 from steadyload.studies.evaluation.floors import FLOORS
-from steadyload.studies.evaluation.judging import REAL, limited_methods
-from steadyload.studies.evaluation.screened import REASONS, screened_steps
+from steadyload.studies.evaluation.judging import limited_methods
 from steadyload.studies.evaluation.study import Evaluation
 from steadyload.studies.kit import Lab
 
@@ -173,12 +172,12 @@ def test_cases_are_counted_by_boxes(found):
 def test_a_judgement_that_was_given_up_costs_the_limit(cases):
     results = cases.results.assign(cpu_total=0.0)
     rest = dataclasses.replace(cases, results=results)
-    costs = limited_costs(rest, 20.0)
+    costs = limited_costs(rest.results, 20.0)
     assert summary_of(costs.of("ps3@mujoco")) == (2e4, 2e4, 2e4, 2e4)
     assert summary_of(costs.of("lstm_e")) == (0.0, 0.0, 0.0, 0.0)
     assert len(costs.of("lstm_e")) == 6
     results["cpu_total"] = results["item_count"] / 1e3
-    cost = summary_of(limited_costs(rest, 20.0).of("fbs"))
+    cost = summary_of(limited_costs(rest.results, 20.0).of("fbs"))
     boxes = results.loc[results["method"] == "fbs", "item_count"]
     assert (cost[0], cost[1], cost[3]) == (boxes.mean(), 4.5, 6.0)
     # The cost grows as the boxes do, and the exponent is of what a method calls stable.
@@ -194,7 +193,9 @@ def test_the_cheapest_of_the_best_is_chosen_by_the_median(found):
     for spec, median in (("fbs", 3.0), (ASKED[1], 2.0), ("lstm_e", 1.0), ("ps3@mujoco", 0.5)):
         costs[spec]["cpu_total"] = median
         costs[spec].iloc[0, costs[spec].columns.get_loc("cpu_total")] = 100.0 / median
-    evaluation = dataclasses.replace(own.evaluation, costs=Costs(SOURCE, costs))
+    evaluation = dataclasses.replace(
+        own.evaluation, costs=dataclasses.replace(own.evaluation.costs, milliseconds=costs)
+    )
     chosen = dataclasses.replace(own, evaluation=evaluation).near_best
     assert chosen.method.spec == "lstm_e"
 

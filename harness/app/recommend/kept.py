@@ -17,6 +17,8 @@ from steadyload.reading import MAX_STORED_BYTES, TooLargeError, content_of, json
 SPATIAL = "spatial"
 """The folder in the work folder that holds the rows of 3-D methods."""
 
+REAL, SMALL = "real", "small"
+"""Those of judgements with a time limit: of the set, and of small layouts."""
 
 NAME = "fronts.json"
 """The file in a work folder that holds its fronts, where there was a timing pass."""

@@ -14,8 +14,10 @@ import numpy as np
 import pandas as pd
 
 from steadyload.app.recommend.front import SIZES, Front, Measured, on_front
-from steadyload.app.recommend.kept import NAME, load_fronts, merged, write_fronts
+from steadyload.app.recommend.kept import NAME, SMALL, load_fronts, merged, write_fronts
 from steadyload.app.recommend.measured import front_of
+from steadyload.labelling.ceiling import Ceiling, label_ceiling
+from steadyload.labelling.screened import ScreenedSteps, screened_steps
 from steadyload.layouts.benchmark import Benchmark, load_benchmark
 from steadyload.layouts.benchmark.dataset import KEYS, PLANAR
 from steadyload.layouts.model.question import Question
@@ -31,7 +33,7 @@ from steadyload.reports.columns import row
 from steadyload.runs.agreement import agreement_matrix, tuning
 from steadyload.runs.answers import judged_layouts, listed_cases
 from steadyload.runs.comparison import compared
-from steadyload.runs.costs import CPU, Costs, load_explained, timed_costs
+from steadyload.runs.costs import CPU, Costs, limited_costs, load_explained, timed_costs
 from steadyload.runs.definition import StudyError
 from steadyload.runs.evaluation import ALL, Evaluation, MethodEvaluation, evaluate
 from steadyload.runs.judged import JudgedCases, load_judged, manifest_lines
@@ -41,7 +43,7 @@ from steadyload.runs.results import LAYOUTS_FILE, kept_file, load_results
 from steadyload.runs.timing import BLOCK
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import share
-from steadyload.studies.evaluation.costing import growth_of, limited_costs
+from steadyload.studies.evaluation.costing import growth_of
 from steadyload.studies.evaluation.delivered import (
     CUSTOMERS,
     DELIVERED,
@@ -57,10 +59,8 @@ from steadyload.studies.evaluation.error_places import (
 )
 from steadyload.studies.evaluation.floors import FloorRow, floor_rows
 from steadyload.studies.evaluation.judged_set import NEAR, YARDSTICK, JudgedSet
-from steadyload.studies.evaluation.judging import SMALL, Options, Ran, Timed, judged_and_timed
-from steadyload.studies.evaluation.label_ceiling import Ceiling, label_ceiling
+from steadyload.studies.evaluation.judging import Options, Ran, Timed, judged_and_timed
 from steadyload.studies.evaluation.rows import Failing, NoVerdict, Timing
-from steadyload.studies.evaluation.screened import ScreenedSteps, screened_steps
 from steadyload.studies.evaluation.watched import watched
 from steadyload.studies.kit import Lab
 from steadyload.studies.rankings import Rankings, ranked
@@ -343,7 +343,7 @@ def _right(judged: JudgedCases) -> pd.DataFrame:
 
 def _costs_of(judged: JudgedCases, timed: Timed | None, asked: Options) -> Costs:
     if timed is None:
-        return limited_costs(judged, asked.timeout or math.inf)
+        return limited_costs(judged.results, asked.timeout or math.inf)
     return timed_costs(timed.times, pd.MultiIndex.from_tuples(timed.cases, names=KEYS))
 
 

@@ -5,16 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
-from steadyload.methods.contract.method import Status
 from steadyload.reports.columns import column, decimal, row
-from steadyload.runs.costs import CPU, CostKind, Costs, CostSource, judging_costs
+from steadyload.runs.costs import CPU, judging_costs
 from steadyload.runs.judged import JudgedCases
 from steadyload.statistics.estimate import NOTHING, Estimate
 from steadyload.statistics.growth import exponent
-
-SOURCE = CostSource(CostKind.JUDGING)
-
-_WITHOUT_COST = [str(s) for s in (Status.REFUSED, Status.CRASHED, Status.ERROR)]
 
 
 @row
@@ -27,22 +22,6 @@ class Growth:
 
     own: Estimate = column("exponent, the set", decimal)
     everything: Estimate = column("exponent, all", decimal)
-
-
-def limited_costs(judged: JudgedCases, timeout: float) -> Costs:
-    """Times of judging; of a judgement that was abandoned, at least the time limit [s].
-
-    Cases that were refused, or that ended the process, are missing.
-    """
-    found, keys = {}, ["layout", "scenario"]
-    results = judged.results[judged.results["repetition"] == 0]
-    for spec, taken in judging_costs(judged.results, SOURCE).milliseconds.items():
-        status = results[results["method"] == spec].set_index(keys)["status"].loc[taken.index]
-        late = status == str(Status.TIMEOUT)
-        cost = taken.where(~late, taken.clip(lower=1e3 * timeout))
-        if len(known := cost[~status.isin(_WITHOUT_COST)]):
-            found[spec] = known
-    return Costs(SOURCE, found)
 
 
 def growth_of(spec: str, own: JudgedCases, small: JudgedCases | None) -> Growth:
@@ -58,7 +37,7 @@ def _stable_costs(judged: JudgedCases, spec: str) -> pd.DataFrame:
     assert judged.labels is not None, "the runs are on labelled sets"
     boxes = judged.labels["item_count"].astype(int)
     stable = (judged.said[spec] == boxes).fillna(False).to_numpy(bool)
-    taken = judging_costs(judged.results, SOURCE).milliseconds[spec][CPU].loc[judged.said.index]
+    taken = judging_costs(judged.results).milliseconds[spec][CPU].loc[judged.said.index]
     found = pd.DataFrame({"boxes": boxes, "cost": taken, "list": judged.clusters})[stable]
     return found[found["cost"] > 0.0]
 

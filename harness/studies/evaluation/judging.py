@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import pandas as pd
 
-from steadyload.app.recommend.kept import SPATIAL
+from steadyload.app.recommend.kept import REAL, SMALL, SPATIAL
 from steadyload.engines.registry import EngineNotInstalledError, capabilities, engines_here
 from steadyload.layouts.benchmark.dataset import KEYS, PLANAR, set_named
 from steadyload.layouts.model.question import Question, with_question
@@ -95,9 +95,6 @@ def limited_methods() -> tuple[str, ...]:
 
 PART = "test"
 """Part of the labelled sets; nothing was tuned, trained or fitted on it."""
-
-REAL, SMALL = "real", "small"
-"""Run folders of judgements with a time limit: of the set, and of small layouts."""
 
 SHARD_SIZE, LIMITED_SHARD_SIZE = 60, 12
 """Cases a unit of work, without and with a time limit."""

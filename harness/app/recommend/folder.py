@@ -9,16 +9,14 @@ from pathlib import Path
 import numpy as np
 
 from steadyload.app.recommend.front import SIZES, Front, FrontError
-from steadyload.app.recommend.kept import NAME, SPATIAL, load_fronts
+from steadyload.app.recommend.kept import NAME, REAL, SMALL, SPATIAL, load_fronts
 from steadyload.app.recommend.measured import front_of
 from steadyload.layouts.model.question import Question
-from steadyload.runs.costs import CPU
+from steadyload.runs.costs import CPU, limited_costs
 from steadyload.runs.evaluation import evaluate
 from steadyload.runs.judged import load_judged, manifest_lines
 from steadyload.statistics.estimate import NOTHING
 from steadyload.statistics.metrics import median
-from steadyload.studies.evaluation.costing import limited_costs
-from steadyload.studies.evaluation.judging import REAL, SMALL
 
 
 def measured_in(run: str | Path) -> tuple[Front, ...]:
@@ -65,7 +63,7 @@ def _fronts(folder: Path, *, medians: bool) -> Iterator[Front]:
             rows, times = evaluate(asked, by_scenario=False).methods, "mean of judging"
             if medians:
                 limit = float(judged.manifest["study"]["timeout"])
-                costs = limited_costs(of_size, limit)
+                costs = limited_costs(of_size.results, limit)
                 taken = [costs.of(row.method.spec) for row in rows]
                 rows = tuple(
                     replace(row, cpu=NOTHING if own is None else median(own[CPU]))

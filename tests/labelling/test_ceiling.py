@@ -6,9 +6,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from steadyload.labelling.ceiling import label_ceiling, plurality, twins
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.benchmark.dataset import KEYS
-from steadyload.studies.evaluation.label_ceiling import label_ceiling, plurality, twins
 
 NONE = float("nan")
 
