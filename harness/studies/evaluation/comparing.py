@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from steadyload.app.recommend.front import SIZES, Front, Measured, on_front
+from steadyload.app.recommend.front import SIZES, Measured, on_front
 from steadyload.app.recommend.kept import NAME, SMALL, load_fronts, merged, write_fronts
 from steadyload.app.recommend.measured import front_of
 from steadyload.labelling.ceiling import Ceiling, label_ceiling
@@ -163,20 +163,22 @@ def compare(
     benchmark = load_benchmark(main.definition.benchmark_directory)
     small = load_judged(ran[SMALL].folder) if SMALL in ran else None
     usual = SMALL_SIZES if asked.timeout is None else (SMALL_SIZES[-1], *SIZES)
+    judged = load_judged(main.folder)
+    labelled = [q for q in asked.questions if len(judged.asked(q).said)]
     sets = [
         _judged_set(asked, main, benchmark, q, sizes or usual, small=small, views=views)
-        for q in asked.questions
+        for q in labelled or asked.questions[:1]
     ]
     planar = None
     if PLANAR in ran:
         of_planar = load_benchmark(PLANAR)
         planar = _judged_set(asked, ran[PLANAR], of_planar, Question.WITHIN, SMALL_SIZES)
-    labels, judged = load_labels(main.folder), load_judged(main.folder)
+    labels = load_labels(main.folder)
     within = Question.WITHIN in asked.questions
     papers = within and asked.timeout is None
     epochs, converted = unlike_the_paper(list(sets[0].evaluation.judged.keys.values()))
     unlabelled = benchmark.cases["status"].value_counts().sort_index()
-    made_with = manifest_lines(judged)
+    made_with = manifest_lines(sets[0].evaluation.judged)
     if planar:
         lines = manifest_lines(planar.evaluation.judged)
         made_with |= {f"planar {key}": lines[key] for key in ("labelled set", "layouts", "rows")}
@@ -195,7 +197,7 @@ def compare(
             asked.directory,
         ) if rules and within else None,
         small=small is not None,
-        lost=_lost([one.folder for one in ran.values()], asked.spatial),
+        lost=_lost([one.folder for one in ran.values()], sets),
         origins=origins(judged, benchmark.layouts),
         floors=floor_rows(lab, asked, benchmark),
         screened=screened_steps(benchmark.screening),
@@ -203,8 +205,7 @@ def compare(
         unlabelled={str(k): int(v) for k, v in unlabelled.items() if k != "done"},
         made_with=made_with,
     )  # fmt: skip
-    if asked.timeout is None:
-        write_timed_front(found, lab.work)
+    _write_front(found.own, made_with, lab.work)
     return found
 
 
@@ -218,20 +219,21 @@ def _fails(own: JudgedSet, benchmark: Benchmark) -> Iterator[Failing]:
     yield Failing(f"{own.question}, the whole set", natural)
 
 
-def _lost(folders: Sequence[Path], specs: Sequence[str]) -> list[NoVerdict]:
+def _lost(folders: Sequence[Path], sets: Sequence[JudgedSet]) -> list[NoVerdict]:
     """Cases without a verdict by method and status, over all runs."""
+    keys = {spec: key for own in sets for spec, key in own.evaluation.judged.keys.items()}
     columns = ("layout", "scenario", "method", "method_name", "engine", "repetition", "status",
                "reason", "item_count")  # fmt: skip
     rows = pd.concat([load_results(folder, columns) for folder in folders], ignore_index=True)
     rows = rows[(rows["status"] != str(Status.DONE)) & (rows["repetition"] == 0)]
     return [
         NoVerdict(
-            method_key(make_method(str(spec))).title, str(status), len(own),
+            keys[str(spec)].title, str(status), len(own),
             f"{own['item_count'].min()} to {own['item_count'].max()}",
             str(own.loc[own["item_count"].idxmax(), "reason"]),
         )
         for (spec, status), own in rows.groupby(["method", "status"], sort=False)
-        if spec in specs
+        if spec in keys
     ]  # fmt: skip
 
 
@@ -387,16 +389,15 @@ def _timing(asked: Options, timed: Timed, evaluation: Evaluation) -> Timing:
     )
 
 
-def write_timed_front(found: Found, work: Path) -> None:
-    """Write what ``recommend`` reads to a work folder, beside what it holds of another question."""
-    file = work / NAME
-    kept = load_fronts(file) if file.exists() else ()
-    write_fronts(merged(kept, [timed_front(found)]), file)
+def _write_front(own: JudgedSet, made_with: Mapping[str, str], work: Path) -> None:
+    """Write what ``recommend`` reads to a work folder, beside what it holds of another question.
 
-
-def timed_front(found: Found) -> Front:
-    """3-D methods, with the times of the timing pass; those untimed are left out."""
-    own, timing = found.own.evaluation, found.own.timing
-    assert timing is not None, "there was a timing pass"
-    times = f"mean of {timing.layouts} cases, {timing.repeats} times each, one thread"
-    return front_of(own.judged, found.own.question, own.methods, times, found.made_with)
+    Methods without times are left out.
+    """
+    if own.timing is not None:
+        times = f"mean of {own.timing.layouts} cases, {own.timing.repeats} times each, one thread"
+        methods, judged = own.evaluation.methods, own.evaluation.judged
+        file = work / NAME
+        kept = load_fronts(file) if file.exists() else ()
+        new = front_of(judged, own.question, methods, times, made_with)
+        write_fronts(merged(kept, [new]), file)

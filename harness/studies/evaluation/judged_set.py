@@ -34,10 +34,9 @@ from steadyload.studies.evaluation.error_places import (
 from steadyload.studies.evaluation.rows import (
     Against,
     Beside,
+    Cell,
     Cheapest,
     Cost,
-    Difference,
-    MarginCell,
     Point,
     Result,
     Timing,
@@ -263,19 +262,16 @@ class JudgedSet:
             return f"{round(100 * test.difference.value, 1) + 0.0:.1f} ({compact(test.corrected)})"
 
         return [
-            Against(
-                test,
-                {g: brief(found[g].of(test.first, held)) for g in self.groups[1:]},
-            )
+            Against(test, {g: brief(found[g].of(test.first, held)) for g in self.groups[1:]})
             for test in found[ALL].tests
         ]
 
     @property
-    def differences(self) -> list[Difference]:
+    def differences(self) -> list[Cell]:
         """Differences between the few methods, the most accurate first."""
         few = sorted((own.own for own in self.few), key=lambda m: -m.accuracy.value)
         return [
-            Difference(one.method.title, other.method.title, test.difference, not test.significant)
+            Cell(one.method.title, other.method.title, test.difference, not test.significant)
             for one in few
             for other in few
             if one is not other and (test := self.tests[ALL].of(one.method, other.method))
@@ -360,18 +356,18 @@ class JudgedSet:
         return found
 
     @property
-    def false_alarms(self) -> list[MarginCell]:
+    def false_alarms(self) -> list[Cell]:
         """Of steps that hold by the label, those that a method calls failing."""
         return self._margins("false_alarms", "holding")
 
     @property
-    def misses(self) -> list[MarginCell]:
+    def misses(self) -> list[Cell]:
         """Of failing steps by the label, those that a method calls holding."""
         return self._margins("misses", "failing")
 
-    def _margins(self, errors: str, counted: str) -> list[MarginCell]:
+    def _margins(self, errors: str, counted: str) -> list[Cell]:
         return [
-            MarginCell(
+            Cell(
                 own.own.method.title,
                 f"{bin_.name} (n {getattr(bin_, counted)})",
                 getattr(bin_, errors)[own.own.method.spec],

@@ -116,22 +116,13 @@ class Point:
 
 
 @row
-class MarginCell:
-    """Errors of a method on steps of some margin."""
+class Cell:
+    """A share or a difference of shares in a matrix; a pale one is not significant."""
 
-    method: str
-    margin: str
-    share: Estimate
-
-
-@row
-class Difference:
-    """Accuracy of one method minus that of another one."""
-
-    first: str
-    second: str
-    difference: Estimate
-    open: bool
+    line: str
+    place: str
+    value: Estimate
+    pale: bool = False
 
 
 @row
