@@ -138,27 +138,23 @@ def margin_bins(
     number, step, margin, fails = _steps(labels, margins)
     place = np.digitize(margin, MARGINS[1:-1])
     lists = item_lists(labels)[number]
-    alarms: list[dict[str, Estimate]] = [{} for _ in MARGINS[1:]]
-    misses: list[dict[str, Estimate]] = [{} for _ in MARGINS[1:]]
-    for spec in said:
-        safe = said[spec].fillna(-1).astype(int).to_numpy()[number]
-        came = safe >= step  # without a verdict to none
-        for bin_ in range(len(MARGINS) - 1):
-            here = came & (place == bin_)
-            of = here & ~fails, here & fails
-            alarms[bin_][str(spec)] = share((safe == step)[of[0]], lists[of[0]])
-            misses[bin_][str(spec)] = share((safe > step)[of[1]], lists[of[1]])
-    return tuple(
-        MarginBin(
-            float(low),
-            float(high),
-            int(((place == bin_) & ~fails).sum()),
-            int(((place == bin_) & fails).sum()),
-            alarms[bin_],
-            misses[bin_],
-        )
-        for bin_, (low, high) in enumerate(pairwise(MARGINS))
-    )
+    safe = {str(s): said[s].fillna(-1).astype(int).to_numpy()[number] for s in said}
+
+    def errors(of: NDArray[np.bool_], later: int) -> dict[str, Estimate]:
+        """Share of some steps that methods come to, without a verdict to none, and judge wrong."""
+        came = {spec: of & (own >= step) for spec, own in safe.items()}
+        return {
+            spec: share(np.sign(own - step)[came[spec]] == later, lists[came[spec]])
+            for spec, own in safe.items()
+        }
+
+    found = []
+    for bin_, (low, high) in enumerate(pairwise(MARGINS)):
+        holding, failing = (place == bin_) & ~fails, (place == bin_) & fails
+        alarms, misses = errors(holding, 0), errors(failing, 1)
+        counts = int(holding.sum()), int(failing.sum())
+        found.append(MarginBin(float(low), float(high), *counts, alarms, misses))
+    return tuple(found)
 
 
 def _steps(
