@@ -114,11 +114,7 @@ _OWN = (
 )  # fmt: skip
 """Commands that do not belong to a study."""
 
-_OF_STUDIES = {
-    "comparison": "study:Report",
-    "speed": "bench:Bench",
-    "tuning": "tune:ComparePresets",
-}
+_OF_STUDIES = {"report": "study:Report"}
 """Study -> its command, where that does more than run it and write its page."""
 
 TOPICS: Mapping[str, tuple[str, Group]] = {
@@ -134,9 +130,9 @@ TOPICS: Mapping[str, tuple[str, Group]] = {
 
 RENAMED: Mapping[str, str] = {
     "report": "study report",
-    "table5": "study table5",
+    "table5": "study evaluation",
     "sensitivity": "study sensitivity",
-    "real": "study real",
+    "real": "study evaluation",
     "cascade page": "study cascade",
     "compare-presets": "study tuning",
     "tuned": "study tuning",

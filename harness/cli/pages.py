@@ -75,7 +75,7 @@ class Remake:
     dry_run: bool = option(False, "print the commands, and run none")
 
     def run(self) -> int:
-        """Run the commands of the pages, and write the index where one was remade.
+        """Remake the pages, and write the index where one was remade.
 
         Rows that are packed are unpacked first, unless their work folder is there already, which is
         said. A page with kept rows is made of these alone unless ``judge`` is given, and of all
@@ -91,8 +91,7 @@ class Remake:
             raise UsageError("--fewer and --keep: rows of the engines left out would be lost")
         if self.dry_run:
             for entry in named(self.names):
-                for words in remaking(entry, self.output):
-                    print(f"steadyload {shlex.join(words)}")
+                print(f"steadyload {shlex.join(remaking(entry, self.output))}")
             return 0
         status, remade = 0, False
         for work, pages in groupby(named(self.names), key=lambda entry: entry.work):
@@ -119,7 +118,7 @@ class Remake:
             say(printable(f"uses the rows in {entry.work}; {archive} is not unpacked over them"))
 
     def _remake(self, entry: Entry) -> int:
-        """Run the commands of a page; the exit status of the first that fails, or 0."""
+        """Run the command of a page; its exit status."""
         from steadyload.runs.kept_only import kept_only
 
         try:
@@ -129,11 +128,9 @@ class Remake:
             return 2
         remedy = f"steadyload pages remake {entry.name} --judge judges and times them here"
         with nullcontext() if self.judge or not are_kept else kept_only(remedy):
-            for words in remaking(entry, self.output):
-                say(f"steadyload {shlex.join(words)}")
-                if ended := run(words):
-                    return ended
-        return 0
+            words = remaking(entry, self.output)
+            say(f"steadyload {shlex.join(words)}")
+            return run(words)
 
     def _unpacked(self, entry: Entry) -> bool:
         """Unpack the rows of a page unless they are there; whether it has any.

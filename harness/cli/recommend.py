@@ -43,7 +43,7 @@ class Recommend:
     )  # fmt: skip
     engine: str | None = option(None, "only methods on this engine, and those that need none")
     run_folder: Path | None = option(
-        None, "work folder of steadyload evaluation, or run folder of a study on a labelled "
+        None, "work folder of steadyload study evaluation, or run folder of a study on a labelled "
         "set (default: what comes with the package)",
         names=("--from",), metavar="RUN",
     )  # fmt: skip

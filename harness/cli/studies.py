@@ -7,15 +7,13 @@ import os
 from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any, TypeVar, get_type_hints
+from typing import Any, get_type_hints
 
 from steadyload.cli.config_file import FIELD, config_option
 from steadyload.cli.terminal import resumable, say, study_progress
 from steadyload.config import option
-from steadyload.studies.kit import Lab
+from steadyload.studies.kit import Lab, Study
 from steadyload.studies.registry import AnyStudy
-
-C = TypeVar("C")
 
 _CORES = os.cpu_count() or 1
 
@@ -43,24 +41,22 @@ def workers_option(workers: int | None) -> Any:
     )
 
 
-def configuration(config: type[C], command: Any) -> C:
-    """The part of a command that is a study's configuration."""
-    names = [field.name for field in dataclasses.fields(config) if field.init]  # type: ignore[arg-type]
-    return config(**{name: getattr(command, name) for name in names})
+def _configured(study: AnyStudy, command: Any) -> Study[Any]:
+    """A study with its options of a command."""
+    return study(**{one.name: getattr(command, one.name) for one in dataclasses.fields(study)})  # type: ignore[arg-type]
 
 
 def study_command(study: AnyStudy) -> type[Any]:
     """The command of a study, made of its options."""
-    config = study if isinstance(study, type) else study.Config
-    fields = [*_options(config), *_places(study), (FIELD, Path | None, config_option())]
+    fields = [*_options(study), *_places(study), (FIELD, Path | None, config_option())]
 
     def check(command: Any) -> None:
-        configuration(config, command)
+        _configured(study, command)
 
     def run(command: Any) -> int:
         work = command.work if study.resumable else command.output
         workers = command.workers if study.workers is not None else 1
-        return write(study, configuration(config, command), work, command.output or work, workers)
+        return write(_configured(study, command), work, command.output or work, workers)
 
     return dataclasses.make_dataclass(
         study.name, fields, namespace={"__post_init__": check, "run": run},
@@ -68,10 +64,10 @@ def study_command(study: AnyStudy) -> type[Any]:
     )  # fmt: skip
 
 
-def _options(config: type) -> Iterator[tuple[str, Any, Any]]:
-    """Name, type and field of every option of a configuration."""
-    hints = get_type_hints(config)
-    for one in dataclasses.fields(config):
+def _options(study: AnyStudy) -> Iterator[tuple[str, Any, Any]]:
+    """Name, type and field of every option of a study."""
+    hints = get_type_hints(study)
+    for one in dataclasses.fields(study):  # type: ignore[arg-type]
         if one.default_factory is not dataclasses.MISSING:
             made = dataclasses.field(default_factory=one.default_factory, metadata=one.metadata)
         else:
@@ -90,12 +86,11 @@ def _places(study: AnyStudy) -> Iterator[tuple[str, Any, Any]]:
         yield "workers", int, workers_option(study.workers)
 
 
-def write(study: AnyStudy, config: Any, work: Path, output: Path, workers: int) -> int:
+def write(study: Study[Any], work: Path, output: Path, workers: int) -> int:
     """Run a study, write its page, and print what it says of that; the exit status.
 
     Args:
-        study: in either form.
-        config: its configuration; of a class an object of it.
+        study: with its options.
         work: folder of what is judged.
         output: folder of the page.
         workers: processes that judge.
@@ -106,15 +101,9 @@ def write(study: AnyStudy, config: Any, work: Path, output: Path, workers: int) 
         if study.resumable:
             stack.enter_context(resumable(work))
         progress = stack.enter_context(study_progress())
-        if isinstance(study, type):
-            found = config.run(Lab(work, workers, progress))
-        else:
-            found = study.run(config, work, workers=workers, progress=progress)
-    if not isinstance(study, type):
-        print(write_page(study.page(found), output))
-        return 0
-    config.beside(found, output)
-    print(config.printed(found, write_page(config.page(found), output)))
-    for remark in config.remarks(found):
+        found = study.run(Lab(work, workers, progress))
+    study.beside(found, output)
+    print(study.printed(found, write_page(study.page(found), output)))
+    for remark in study.remarks(found):
         say(remark)
-    return int(config.status(found))
+    return study.status(found)

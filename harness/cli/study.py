@@ -96,4 +96,4 @@ class Report:
     def run(self) -> None:
         """Write the page of the run."""
         folder = self.directory
-        write(RunReport, RunReport(directory=folder), folder, self.output or folder, 1)
+        write(RunReport(directory=folder), folder, self.output or folder, 1)

@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING, ClassVar, Generic, Protocol, TypeVar, dataclas
 from steadyload.config import methods_option, operand, option, set_option
 from steadyload.progress import NamedProgress, silent
 from steadyload.runs.asked import Asked, Measured, asked, kept_rows
-from steadyload.studies.study import PublishedPage, command_words
 
 if TYPE_CHECKING:
     from steadyload.layouts.model.question import Question
@@ -32,6 +31,21 @@ __all__ = [
 ]  # fmt: skip
 
 R = TypeVar("R")
+
+
+@dataclass(frozen=True, slots=True)
+class PublishedPage:
+    """A page below ``reports/published``, with the command that remakes it.
+
+    Attributes:
+        folder: of the page.
+        flags: flags after the command of the study; file patterns are expanded.
+        question: the question of the page, where that is not the whole question of the study.
+    """
+
+    folder: str
+    flags: str = ""
+    question: str = ""
 
 
 @dataclass(frozen=True)
@@ -159,7 +173,8 @@ class Study(ABC, Generic[F]):
         resumable: whether it keeps finished results in its work folder and continues from there.
         workers: default number of processes that judge; 0 for one a core, None where a study works
             in this process alone.
-        work: default work folder; by default that of its name below ``runs``.
+        command_words: the command that runs it, without flags, made of its name.
+        work: default work folder, of its name below ``runs``.
         pages: its published pages; unless stated one of its name, made by the command without
             flags.
     """
@@ -176,9 +191,8 @@ class Study(ABC, Generic[F]):
     def __init_subclass__(cls) -> None:
         dataclass(frozen=True, kw_only=True)(cls)
         cls.name = cls.name or cls.__module__.removesuffix(".study").rpartition(".")[2]
-        words = cls.name.replace("_", "-")
-        cls.command_words = cls.command_words or words
-        cls.work = cls.work if cls.work.name else Path("runs") / words
+        cls.command_words = f"study {cls.name.replace('_', '-')}"
+        cls.work = Path("runs") / cls.name
         cls.pages = cls.pages if "pages" in vars(cls) else (PublishedPage(cls.name),)
 
     @abstractmethod

@@ -13,8 +13,8 @@ from pathlib import Path
 from steadyload.atomic import write_atomically
 from steadyload.errors import UserError, nearest
 from steadyload.reading import MAX_STORED_BYTES, content_of
+from steadyload.studies.kit import PublishedPage
 from steadyload.studies.registry import studies, study
-from steadyload.studies.study import PublishedPage
 
 FOLDER = Path("reports/published")
 """Folder of the pages, below the repository's root."""
@@ -42,7 +42,6 @@ class Entry:
         name: its folder.
         question: the sentence that it answers.
         command: words of the command that makes it, without the output folder.
-        before: words of commands that make its input.
         work: folder of the rows that it is made of.
     """
 
@@ -50,7 +49,6 @@ class Entry:
     question: str
     command: tuple[str, ...]
     work: Path
-    before: tuple[tuple[str, ...], ...] = ()
 
     def text(self, folder: Path) -> str:
         """Text of the existing page; empty where there is none yet."""
@@ -66,7 +64,6 @@ def entries() -> list[Entry]:
             page.question or one.question,
             (*one.command_words.split(), *shlex.split(page.flags)),
             _work(page, one.work),
-            tuple(tuple(shlex.split(line)) for line in page.before),
         )
         for one in map(study, studies())
         for page in one.pages
@@ -91,13 +88,9 @@ def named(names: tuple[str, ...]) -> list[Entry]:
     return [known[name] for name in names] or list(known.values())
 
 
-def remaking(entry: Entry, folder: Path) -> list[list[str]]:
-    """Words of the commands that remake a page, one after the other."""
-    written = ["--output", str(folder / entry.name)]
-    return [
-        *(list(_filled(words)) for words in entry.before),
-        [*_filled(entry.command), *written],
-    ]
+def remaking(entry: Entry, folder: Path) -> list[str]:
+    """Words of the command that remakes a page."""
+    return [*_filled(entry.command), "--output", str(folder / entry.name)]
 
 
 def _filled(words: tuple[str, ...]) -> Iterator[str]:

@@ -13,16 +13,15 @@ from typing import Any
 from steadyload.errors import UserError, nearest
 from steadyload.plugins import faulty, loaded
 from steadyload.studies import kit
-from steadyload.studies.study import Study
 
-AnyStudy = Study[Any, Any] | type[kit.Study[Any]]
-"""A study in either form: an object with a ``Config``, or a class that is its configuration."""
+AnyStudy = type[kit.Study[Any]]
+"""A study: the class that is its configuration."""
 
 GROUP = "steadyload.studies"
 """Group of entry points of studies."""
 
 STUDIES: dict[str, str] = {
-    "comparison": "steadyload.studies.comparison.study:Comparison",
+    "report": "steadyload.studies.report.study:RunReport",
     "evaluation": "steadyload.studies.evaluation.study:Evaluation",
     "sensitivity": "steadyload.studies.sensitivity.study:Sensitivity",
     "cascade": "steadyload.studies.cascade.study:Cascade",
@@ -72,7 +71,6 @@ def study(name: str) -> AnyStudy:
     if name not in known:
         raise UnknownStudyError(f"unknown study {name!r}; {nearest(name, known)}")
     found = loaded(known[name], GROUP, name)
-    is_class = isinstance(found, type) and issubclass(found, kit.Study)
-    if not is_class and not isinstance(found, Study):
+    if not (isinstance(found, type) and issubclass(found, kit.Study)):
         raise faulty(GROUP, name, f"{known[name]} is no Study")
     return found

@@ -395,7 +395,7 @@ def test_a_run_without_labels_is_none(tmp_path, stack):
 def test_an_interrupted_evaluation_is_none_yet(run, tmp_path):
     (tmp_path / "spatial").symlink_to(run)
     with pytest.raises(
-        FrontError, match="is not complete there; go on with steadyload evaluation --work"
+        FrontError, match="is not complete there; go on with steadyload study evaluation --work"
     ):
         measured_in(tmp_path)
 

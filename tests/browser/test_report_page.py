@@ -12,10 +12,10 @@ from steadyload.runs import answers
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.results import load_results
 from steadyload.runs.runner import run_study
-from steadyload.studies.comparison.comparing import compare
-from steadyload.studies.comparison.study import Comparison
 from steadyload.studies.evaluation.study import Evaluation
 from steadyload.studies.kit import Lab
+from steadyload.studies.report.comparing import compare
+from steadyload.studies.report.study import RunReport
 
 METHODS = ("fbs", "pbs0.5", "sme", "equilibrium", "ps3@mujoco")
 MEGABYTES = 5.0

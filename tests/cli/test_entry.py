@@ -36,7 +36,7 @@ def interruptible(*words, **more):
         (["score", "--halp", "x.json"], 2),
         (["scroe", "x.json"], 2),
         (["benchmark"], 0),
-        (["evaluation", "--help"], 0),
+        (["study", "evaluation", "--help"], 0),
     ],
 )
 def test_help_and_mistyped_words_import_nothing_heavy(words, status):
@@ -244,7 +244,7 @@ def test_little_is_imported_before_interrupts_are_ours():
 def test_a_file_says_what_flags_would_and_flags_override_it(tmp_path):
     file = tmp_path / "mine.toml"
     file.write_text('methods = ["sme", "fbs"]\nlimit = 4\nwork = "here"\n')
-    made = running.command_of(["evaluation", "--config", str(file), "--limit", "6"])
+    made = running.command_of(["study", "evaluation", "--config", str(file), "--limit", "6"])
     assert (made.methods, made.limit, str(made.work), made.timed) == (
         ("sme", "fbs"),
         6,
@@ -269,7 +269,7 @@ def test_a_file_says_what_flags_would_and_flags_override_it(tmp_path):
 def test_a_wrong_file_is_one_sentence(tmp_path, text, message, capsys):
     file = tmp_path / "mine.toml"
     file.write_text(text)
-    assert main(["evaluation", "--config", str(file)]) == 2
+    assert main(["study", "evaluation", "--config", str(file)]) == 2
     told = capsys.readouterr().err
     assert message in told
     assert str(file) in told

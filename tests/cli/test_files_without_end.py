@@ -69,7 +69,7 @@ def test_every_door_for_a_file_of_a_user_has_a_limit(ended):
         for words in (
             ["transport", "ok.json", "--rule", file],
             ["transport", "ok.json", "--history", file],
-            ["evaluation", "--config", file],
+            ["study", "evaluation", "--config", file],
             ["study", "run", file],
             ["check", "ok.json", "--profile", file],
         )

@@ -33,7 +33,7 @@ def record(layout, spec):
 @pytest.mark.parametrize("spec", SPECS)
 def test_a_recording_ends_where_the_judgement_does_with_its_displacement(spec, stack):
     method, failed = make_method(spec), 0
-    for layout in (*random_layouts(8, seed=11), stack(0.0, 9.0)):
+    for layout in (*random_layouts(5, seed=11), stack(0.0, 9.0)):
         said, seen = method.judge(layout), record_loading(layout, method)
         assert seen.verdict.failing_step == said.failing_step
         if said.failing_step is None:

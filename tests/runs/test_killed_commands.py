@@ -244,8 +244,8 @@ COMMANDS = {
         "--left-out 0.2 -o out", weights,
     ),
     "evaluation": (
-        "evaluation -m fbs -m sme -m equilibrium --limit 3 --timed 2 --repeats 1 -j 2 --work out "
-        "-o page", verdicts,
+        "study evaluation -m fbs -m sme -m equilibrium --limit 3 --timed 2 --repeats 1 -j 2 "
+        "--work out -o page", verdicts,
     ),
 }  # fmt: skip
 """Commands that can be gone on with, and what they make, without clocks."""

@@ -1,8 +1,9 @@
-"""What a run's folder holds makes nothing else be written or removed; files of others stay."""
+"""What a run's folder holds: files of others stay, links are left, a full disk loses nothing."""
 
 import json
 import os
 import resource
+import shutil
 import subprocess
 import sys
 
@@ -139,14 +140,6 @@ def test_a_file_that_a_user_names_is_followed_to_where_it_points(tmp_path):
 # --- where nothing can be written -----------------------------------------------------------------
 
 
-@pytest.fixture(scope="module")
-def whole(tmp_path_factory):
-    made = tmp_path_factory.mktemp("whole")
-    (made / "study.toml").write_text(STUDY)
-    assert run(made) == 0
-    return made
-
-
 def full_disk(folder, most):
     """The command where no file may have more bytes than ``most``."""
     return subprocess.run(
@@ -157,18 +150,20 @@ def full_disk(folder, most):
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("most", [100, 5_000])
-def test_a_full_disk_loses_nothing(folder, whole, most):
-    """The first limit stops the copy of the layouts, the second one a shard."""
+@pytest.mark.parametrize(("most", "stopped"), [(100, ".layouts.json"), (5_000, ".parquet")])
+def test_a_full_disk_loses_nothing(folder, most, stopped):
+    (folder / "study.toml").write_text(STUDY.replace("4", "1"))
     ended = full_disk(folder, most)
     assert ended.returncode == 2
     assert ended.stderr.startswith("steadyload: ")
     assert ended.stderr.count("\n") == 1
-    assert "File too large" in ended.stderr
+    assert ended.stderr.endswith(f"{stopped}: File too large\n")
     left = [p for p in folder.rglob("*") if p.is_file() and p.name != "study.toml"]
     assert not [p for p in left if p.name != ".lock" and p.stat().st_size >= most]
     assert run(folder) == 0
-    pd.testing.assert_frame_equal(verdicts(folder / "run"), verdicts(whole / "run"))
+    again = shutil.copytree(folder, folder / "again", ignore=shutil.ignore_patterns("run"))
+    assert run(again) == 0
+    pd.testing.assert_frame_equal(verdicts(folder / "run"), verdicts(again / "run"))
 
 
 @pytest.mark.parametrize("place", ["run", "run/results", "run/manifest.json"])

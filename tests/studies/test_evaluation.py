@@ -186,7 +186,7 @@ def test_an_interrupted_run_goes_on_to_the_same_page(written, undrawn, undrawn_t
 def test_a_method_that_cannot_judge_is_an_error_where_it_is_named(
     capsys, tmp_path, arguments, message
 ):
-    assert main(["evaluation", *arguments, *FEW, "--work", str(tmp_path / "work")]) == 2
+    assert main(["study", "evaluation", *arguments, *FEW, "--work", str(tmp_path / "work")]) == 2
     assert message in capsys.readouterr().err
     assert not (tmp_path / "work").exists()
 
@@ -260,7 +260,8 @@ def test_a_page_whose_methods_all_refuse_says_that_nothing_was_timed(choosy, mon
 def test_the_table_is_made_on_another_set(tmp_path):
     """Its 3-D methods judge the named set, and the page and its commands say so."""
     lists = load_benchmark("lists").select("test", limit=2)
-    words = ["evaluation", "-m", "fbs", "-m", "sme", "--directory", "lists", "--limit", "2"]
+    words = ["study", "evaluation", "-m", "fbs", "-m", "sme", "--directory", "lists"]
+    words += ["--limit", "2"]
     words += ["--timed", "1", "--repeats", "1", "-j", "1", "--work", str(tmp_path / "work")]
     assert main([*words, "-o", str(tmp_path / "page")]) == 0
     judged = load_labels(tmp_path / "work" / SPATIAL)

@@ -259,9 +259,9 @@ def test_the_page_answers_first(study, found, tmp_path):
 
 
 def test_the_command_judges_small_layouts_too_and_goes_on(folder, tmp_path, capsys):
-    words = ["evaluation", "--directory", str(folder), "-m", "fbs", "-m", "sme", "--small", "2",
-             "--question", "both", "--timeout", "20", "--sizes", "4", "6", "--pallets", "60",
-             "--work", str(tmp_path), "-j", "1"]  # fmt: skip
+    words = ["study", "evaluation", "--directory", str(folder), "-m", "fbs", "-m", "sme",
+             "--small", "2", "--question", "both", "--timeout", "20", "--sizes", "4", "6",
+             "--pallets", "60", "--work", str(tmp_path), "-j", "1"]  # fmt: skip
     for _ in range(2):
         assert main(words) == 0
         assert capsys.readouterr().out == f"{tmp_path}/report.md\n"

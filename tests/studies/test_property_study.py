@@ -14,6 +14,7 @@ from steadyload.layouts.formats import read_layouts
 from steadyload.methods.contract.method import RefusedError
 from steadyload.methods.registry import METHODS
 from steadyload.methods.rules.base_support import FullBaseSupport
+from steadyload.progress import silent
 from steadyload.properties import PropertyError, findings, registry
 from steadyload.properties.findings import KnownFinding
 from steadyload.properties.property import Case, MethodUnderTest, Property, Violation
@@ -32,7 +33,6 @@ from steadyload.studies.properties.testing import (
     methods_on,
     run_properties,
 )
-from steadyload.studies.study import silent
 
 pytestmark = pytest.mark.usefixtures("file_in_this_process")
 

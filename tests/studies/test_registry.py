@@ -27,7 +27,7 @@ from steadyload.studies.engines.settings import engine_records
 from steadyload.studies.engines.settings_page import engines_markdown
 from steadyload.studies.evaluation.judging import Options, standard_methods
 from steadyload.studies.registry import STUDIES, study
-from steadyload.studies.speed.steps import step_shares
+from steadyload.studies.speed.running import step_shares
 from steadyload.tuning.cascade.step_scores import score_steps
 from steadyload.tuning.cases import Case
 
@@ -35,7 +35,7 @@ ROOT = Path(__file__).parents[2]
 TOYS = ROOT / "tests" / "outside" / "toys"
 LINES = """\
 [steadyload.studies]
-toy = toy_study:STUDY
+toy = toy_study.study:Toy
 [steadyload.engines]
 toyworld = toy_parts:ToyWorld
 [steadyload.methods]
@@ -81,8 +81,8 @@ def test_the_commands_that_remake_pages_are_taken():
     from steadyload.cli.running import command_of
 
     for entry in published.entries():
-        for words in published.remaking(entry, Path("out")):
-            command_of([word for word in words if "*" not in word])
+        words = published.remaking(entry, Path("out"))
+        command_of([word for word in words if "*" not in word])
 
 
 def test_a_page_whose_input_is_missing_is_refused_and_not_made_without_it(tmp_path, monkeypatch):
@@ -90,7 +90,7 @@ def test_a_page_whose_input_is_missing_is_refused_and_not_made_without_it(tmp_pa
 
     monkeypatch.chdir(tmp_path)
     (entry,) = published.named(("learned",))
-    (words,) = published.remaking(entry, Path("out"))
+    words = published.remaking(entry, Path("out"))
     assert "../shared/data/aclpp/*.yaml" in words
     assert run(words) == 2
     assert not (tmp_path / "out").exists()
@@ -268,7 +268,9 @@ def test_traits_of_our_own_methods_name_those_that_were_trained():
 def test_they_are_judged_timed_and_drawn_like_any_other(toys, tmp_path, capsys):
     work = tmp_path / "work"
     asked = ["-m", "fbs", "-m", "optimist", "-m", "ps3@toyworld", "--limit", "2", "--timed", "2"]
-    assert main(["evaluation", *asked, "--repeats", "1", "-j", "1", "--work", str(work)]) == 0
+    assert (
+        main(["study", "evaluation", *asked, "--repeats", "1", "-j", "1", "--work", str(work)]) == 0
+    )
     text = (work / "report.md").read_text()
     assert re_rows(text) >= {"Optimist", "PS_3 @ toyworld"}
 

@@ -35,7 +35,7 @@ def measured_in(run: str | Path) -> tuple[Front, ...]:
         return load_fronts(kept)
     if (run / SPATIAL).exists():
         raise FrontError(
-            f"{run}: the evaluation is not complete there; go on with steadyload evaluation "
+            f"{run}: the evaluation is not complete there; go on with steadyload study evaluation "
             f"--work {run}"
         )
     if (run / REAL).exists():

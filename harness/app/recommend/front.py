@@ -21,9 +21,9 @@ if TYPE_CHECKING:
     from steadyload.runs.evaluation import MethodEvaluation
 
 _HOW_TO_MEASURE = (
-    "To measure: steadyload evaluation --directory real --question both --timeout 20 --work RUN "
-    "(layouts of real size), or a study on a labelled set of your own; then steadyload recommend "
-    "--from RUN"
+    "To measure: steadyload study evaluation --directory real --question both --timeout 20 "
+    "--work RUN (layouts of real size), or a study on a labelled set of your own; then "
+    "steadyload recommend --from RUN"
 )
 """End of a sentence on what was not measured."""
 
