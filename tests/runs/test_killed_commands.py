@@ -245,7 +245,7 @@ COMMANDS = {
     ),
     "evaluation": (
         "study evaluation -m fbs -m sme -m equilibrium --limit 3 --timed 2 --repeats 1 -j 2 "
-        "--work out -o page", verdicts,
+        "--work out -o page", spatial_verdicts,
     ),
 }  # fmt: skip
 """Commands that can be gone on with, and what they make, without clocks."""

@@ -200,8 +200,8 @@ def test_a_page_of_unpacked_rows_is_the_same_and_judges_nothing(
     monkeypatch.chdir(tmp_path)
     one = published.named(("evaluation",))[0]
     few = replace(
-        one, command=("evaluation", "--limit", "2", "--timed", "1", "--repeats", "1", "-m", "fbs",
-                      "-m", "sme"),
+        one, command=("study", "evaluation", "--limit", "2", "--timed", "1", "--repeats", "1",
+                      "-m", "fbs", "-m", "sme"),
     )  # fmt: skip
     monkeypatch.setattr("steadyload.cli.pages.named", lambda names: [few])
     monkeypatch.setattr(kept_rows, "entries", lambda: [few])
