@@ -205,7 +205,8 @@ def compare(
         unlabelled={str(k): int(v) for k, v in unlabelled.items() if k != "done"},
         made_with=made_with,
     )  # fmt: skip
-    _write_front(found.own, made_with, lab.work)
+    for own in sets:
+        _write_front(own, made_with, lab.work)
     return found
 
 
