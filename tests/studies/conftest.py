@@ -1,11 +1,14 @@
-"""Helpers of these tests can be imported; a page is rendered and its structure is checked."""
+"""Helpers of these tests can be imported; an engine breaks; the structure of a page is checked."""
 
 import re
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from steadyload.engines.registry import world_class
+from steadyload.engines.world import EngineError
 from steadyload.reports.pages.page import Picture
 from steadyload.reports.pages.writing import write_page
 from steadyload.reports.table import Table
@@ -52,3 +55,23 @@ def assert_shown(tmp_path, assert_drawn):
         return text
 
     return check
+
+
+@pytest.fixture(params=["diverged", "error: no more contacts"])
+def broken_bullet(request, monkeypatch):
+    """Bullet ends in this way from here on."""
+    base = world_class("bullet")
+
+    class Broken(base):
+        def _advance(self, substeps, length):
+            if request.param != "diverged":
+                raise EngineError("no more contacts")
+            super()._advance(substeps, length)
+
+        def _poses(self):
+            poses = super()._poses()
+            poses.centres[:] = np.nan
+            return poses
+
+    monkeypatch.setattr("steadyload.engines.with_bullet.BulletWorld", Broken)
+    return request.param

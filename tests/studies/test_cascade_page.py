@@ -1,9 +1,11 @@
 """The study of a cascade: who decided what, beside other methods, and which aims are reached."""
 
 import dataclasses
+import math
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from steadyload.layouts.benchmark import load_benchmark
@@ -67,18 +69,24 @@ def test_shares_of_stages_add_up_and_tell_who_was_right(study):
     assert (record.stages[0].low, record.stages[0].high) == (0.7, None)
 
 
-def test_a_layout_belongs_to_the_last_stage_that_it_needed(study):
+def test_decisions_are_those_of_the_cascade(study):
+    """A layout belongs to the last stage that it needed; steps after the label's are not right."""
     record, folder = study
     cascade = make_method(f"cascade@mujoco:thresholds={folder / 't.json'}")
     benchmark = load_benchmark()
-    cases = benchmark.select("validation", limit=6)
-    asked = [
-        [d.stage for d in cascade.decisions(benchmark.layout(name, scenario))]
-        for name, scenario in zip(cases["layout"], cases["scenario"], strict=True)
-    ]
-    assert record.stages[1].layouts.value == pytest.approx(np.mean([LAST in s for s in asked]))
+    stages, right = [], []
+    for case in benchmark.select("validation", limit=6).itertuples():
+        decisions = cascade.decisions(benchmark.layout(case.layout, case.scenario))
+        stages.append([own.stage for own in decisions])
+        label = math.inf if case.failing_step is pd.NA else case.failing_step
+        right += [own.unstable == (own.step == label) for own in decisions if own.step <= label]
+    assert record.stages[1].layouts.value == pytest.approx(np.mean([LAST in s for s in stages]))
     # Of some an earlier stage decided the last step.
-    assert any(LAST in stages[:-1] and stages[-1] != LAST for stages in asked)
+    assert any(LAST in own[:-1] and own[-1] != LAST for own in stages)
+    shares = [(own.right.value, own.right.n) for own in record.stages]
+    assert sum(n for _, n in shares) == len(right)
+    assert sum(share * n for share, n in shares) == pytest.approx(sum(right))
+    assert not all(right)
 
 
 def test_all_are_judged_on_the_same_cases_and_held_against_the_cascade(study):

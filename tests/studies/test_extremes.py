@@ -12,11 +12,10 @@ import pytest
 
 from steadyload.config import ConfigError
 from steadyload.engines import registry
-from steadyload.engines.registry import engines, open_world, world_class
+from steadyload.engines.registry import engines, open_world
 from steadyload.engines.world import (
     GRAVITY,
     Box,
-    EngineError,
     Poses,
     Velocities,
     WorldSettings,
@@ -133,11 +132,6 @@ def test_a_box_slides_to_a_stop(engine):
     assert (free.outcome, free.numbers["expected"]) == (Outcome.CLOSE, 1.0)
 
 
-@pytest.mark.parametrize(("sweep", "value"), [("tipping", 10), ("overhang", 2)])
-def test_every_engine_meets_the_closed_forms_at_a_fine_step(engine, sweep, value):
-    assert measure_cell(sweep, engine, 480, value).outcome.good
-
-
 @pytest.mark.parametrize("sweep", sweep_names())
 def test_an_easy_value_of_every_sweep_is_held(sweep):
     own = sweeps()[sweep]
@@ -189,27 +183,13 @@ def test_time_runs_out_between_substeps():
     assert set(cell.numbers) == {"cpu"}
 
 
-def test_failures_are_cells(monkeypatch):
-    base = world_class("bullet")
-
-    class Diverging(base):
-        def _poses(self):
-            poses = super()._poses()
-            poses.centres[:] = np.nan
-            return poses
-
-    class Failing(base):
-        def _advance(self, substeps, length):
-            raise EngineError("no more contacts")
-
-    for world, outcome, note in (
-        (Diverging, Outcome.FAILED, "diverged"),
-        (Failing, Outcome.NO_VERDICT, "error: no more contacts"),
-    ):
-        monkeypatch.setattr("steadyload.engines.with_bullet.BulletWorld", world)
-        for sweep, value in (("tower", 2), ("plate-on-edge", 5), ("sliding", 0.5), ("bounce", 0.5)):
-            cell = measure_cell(sweep, "bullet", 240, value)
-            assert (cell.outcome, cell.note) == (outcome, note)
+@pytest.mark.parametrize(
+    ("sweep", "value"), [("tower", 2), ("plate-on-edge", 5), ("sliding", 0.5), ("bounce", 0.5)]
+)
+def test_failures_are_cells(sweep, value, broken_bullet):
+    cell = measure_cell(sweep, "bullet", 240, value)
+    outcome = Outcome.FAILED if broken_bullet == "diverged" else Outcome.NO_VERDICT
+    assert (cell.outcome, cell.note) == (outcome, broken_bullet)
 
 
 # --- running ------------------------------------------------------------------------------------
@@ -259,9 +239,6 @@ def test_a_second_run_measures_only_what_is_missing(tmp_path, monkeypatch):
     assert [(c.sweep, c.value, c.outcome) for c in again] == [
         (c.sweep, c.value, c.outcome) for c in first
     ]
-    measured.clear()
-    run(timeout=5.0)
-    assert len(measured) == len(first), "another limit asks anew"
     monkeypatch.setattr(extreme_cells.extreme_runs, "VERSION", 2)
     measured.clear()
     run()

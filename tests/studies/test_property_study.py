@@ -232,18 +232,6 @@ def test_the_frequency_of_violations_is_that_among_all_cases(tmp_path, monkeypat
         assert row.steps == found.steps
 
 
-def test_learners_and_cascades_are_asked_without_a_refusal(tmp_path):
-    specs = ("lstm_1", "lstm_e:question=stands", "cascade@bullet", "settling")
-    found = Properties(methods=specs, examples=3, seed=1).run(Lab(tmp_path, IN_THIS_PROCESS))
-    assert [method.method.spec for method in found.methods] == list(specs)
-    for method in found.methods:
-        # A verdict by Bullet on a case at a threshold may depend on rounding.
-        may = {"masses"} if method.method.engine == "bullet" else set()
-        assert method.holds >= 10
-        assert {*method.violated} <= may
-        assert (method.findings, method.too_few, method.refused.cases) == ([], [], 0)
-
-
 def test_what_is_violated_at_one_time_and_not_at_another_is_a_violation():
     asked_before = set()
 

@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from itertools import chain
 
 import numpy as np
 import pandas as pd
@@ -25,7 +26,6 @@ from steadyload.studies.scope.balanced_steps import (
     steps_of,
 )
 from steadyload.studies.scope.comparing import (
-    Changes,
     by_question,
     drawn_cases,
     option_title,
@@ -249,59 +249,20 @@ def test_the_set_drawn_has_the_labels_of_both_questions(labelled):
         assert of_drawn.sort_index().equals(of_whole.drop(("row", "S1")).sort_index())
 
 
-def test_a_second_run_judges_nothing_and_says_the_same(result):
-    asked, work, first = result
-    seen = []
-    again = asked.run(Lab(work, workers=0, progress=lambda *at: seen.append(at)))
-    assert seen
-    assert all(done == total for _, done, total in seen)
-    assert again == first
-
-
-def tables(found):
-    """Rows of all tables of a page."""
-    steps = [found.steps.first, found.steps.later, found.steps.exceptions]
-    return steps + [
-        rows for own in found.tables.values() for rows in (own.rows, own.rows, own.options)
-    ]
-
-
 def test_the_page_shows_what_was_found(result, assert_shown):
     asked, _, found = result
     cheapest = [own.cheapest for own in found.tables.values()]
     assert [own.title for own in cheapest] == ["`scope=moving`"] * 2
-    assert_shown(
-        asked,
-        found,
-        answer=[
-            *(compact(own.cpu_total.value) for own in cheapest),
-            "100.0",
-            found.steps.known.steps,
-        ],
-        tables=tables(found),
-        charts=["changed_verdicts"],
-    )
-
-
-def test_a_page_shows_steps_that_move_and_an_option_that_keeps_most(result, assert_shown):
-    asked, _, found = result
-    questions = {
-        question: dataclasses.replace(
-            own,
-            whole=dataclasses.replace(own.whole, changes=Changes(0, 0, 2)),
-            options=[
-                dataclasses.replace(option, same=dataclasses.replace(option.same, value=0.5))
-                for option in own.options
-            ],
-        )
-        for question, own in found.tables.items()
-    }
     moved = MovedStep("a|b", "S1", 3, 0.5, 2, 0.75, 0.5)
     steps = dataclasses.replace(found.steps, exceptions=[moved])
-    found = dataclasses.replace(found, tables=questions, steps=steps)
-    assert [own.cheapest for own in questions.values()] == [None, None]
-    shown = {"tables": tables(found), "charts": ["changed_verdicts"]}
-    assert_shown(asked, found, answer=["50.0", 2], drawn=False, **shown)
+    options = [(own.rows, own.rows, own.options) for own in found.tables.values()]
+    assert_shown(
+        asked,
+        dataclasses.replace(found, steps=steps),
+        answer=[*(compact(own.cpu_total.value) for own in cheapest), "100.0", steps.known.steps],
+        tables=[*chain(*options), steps.first, steps.later, steps.exceptions],
+        charts=["changed_verdicts"],
+    )
 
 
 def test_options_are_sorted_by_question_after_the_whole_pile():

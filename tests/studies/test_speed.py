@@ -1,11 +1,14 @@
 """The benchmark measures what it says: phases lie within the total, the floor is stepping alone."""
 
+import json
+import math
+
 import pytest
 
 from steadyload.engines.registry import engines_here, world_class
-from steadyload.layouts.packing.packing import random_layouts
 from steadyload.methods.registry import make_method
 from steadyload.methods.simulation.scene import planar_scene
+from steadyload.runs.results import load_results
 from steadyload.studies.engines import agreeing, speed
 from steadyload.studies.engines.agreeing import OPTIONS, Drawn, engine_agreement, option_effects
 from steadyload.studies.engines.speed import (
@@ -52,19 +55,18 @@ def test_the_floor_is_the_time_of_steps_alone(engine, told_time):
     assert adding == pytest.approx(5 * 20e-3)
 
 
-def test_a_curve_that_was_measured_is_not_measured_again(tmp_path, monkeypatch):
-    monkeypatch.setattr(speed, "engines_here", lambda: ("chipmunk",))
-    monkeypatch.setattr(speed, "_REPEATS", 1)
-    points = [curve.points for curve in speed_curves(Lab(tmp_path), (4, 10))]
-    monkeypatch.setattr(speed, "_measure", None)
-    assert [curve.points for curve in speed_curves(Lab(tmp_path), (4, 10))] == points
-
-
 def test_agreement_and_options_are_counted_on_the_same_layouts(tmp_path, monkeypatch):
     drawn, lab = Drawn(4, seed=1, most_items=5), Lab(tmp_path, 0)
     found = engine_agreement(lab, drawn, (60, 90))
     assert all(list(pair.same) == [60, 90] for pair in found.pairs)
     assert all(share.n == 4 for pair in found.pairs for share in pair.same.values())
+    frame = load_results(tmp_path / "agreement")
+    finest = frame[frame["parameters"].map(json.loads).str["frequency"] == 90]
+    said = finest.pivot(index="layout", columns="engine", values="failing_step").fillna(-1)
+    for pair in found.pairs:
+        first, second = pair.engines
+        assert pair.same[90].value == (said[first] == said[second]).mean()
+    assert agreeing._equal([1, 2, "timeout"], [1, 3, "timeout"]) == [True, False, False]
     assert {(point.engine, point.other) for point in found.points} == {
         both for pair in found.pairs for both in (pair.engines, pair.engines[::-1])
     }
@@ -80,11 +82,3 @@ def test_agreement_and_options_are_counted_on_the_same_layouts(tmp_path, monkeyp
 def test_methods_with_an_option_and_without_are_two(title):
     without, given = agreeing._without_and_with("mujoco", *OPTIONS[title])
     assert make_method(without).spec != make_method(given).spec
-
-
-def test_generated_layouts_start_alike_and_differ():
-    few, many = random_layouts(6, seed=3), random_layouts(12, seed=3)
-    assert [lay.items for lay in few] == [lay.items for lay in many[:6]]
-    assert len({lay.geometry_hash() for lay in many}) == 12
-    assert all(3 <= len(lay) <= 20 for lay in many)
-    assert pytest.approx(0.0) == abs(many[0].mass_offsets).max()
