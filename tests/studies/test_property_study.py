@@ -89,20 +89,23 @@ class Fails(FullBaseSupport):
         raise ZeroDivisionError("too few")
 
 
-class RefusesMany(FullBaseSupport):
-    """Judges one item or two."""
+def refusing(refuses):
+    """A class of methods that refuse some layouts."""
 
-    def _judge(self, layout, watch):
-        if len(layout) > 2:
-            raise RefusedError("more than two items")
-        return super()._judge(layout, watch)
+    class Refusing(FullBaseSupport):
+        """Judges the others."""
+
+        def _judge(self, layout, watch):
+            if refuses(layout):
+                raise RefusedError("outside its range")
+            return super()._judge(layout, watch)
+
+    return Refusing
 
 
-class RefusesAll(FullBaseSupport):
-    """Judges nothing."""
-
-    def _judge(self, layout, watch):
-        raise RefusedError("items")
+MANY = refusing(lambda layout: len(layout) > 2)
+ALL = refusing(lambda layout: True)
+NEARLY_ALL = refusing(lambda layout: layout.items[0].size != (1.0, 1.0, 1.0))
 
 
 class Halts(world_class("mujoco")):
@@ -148,7 +151,7 @@ def test_an_exception_of_the_property_is_no_violation():
 
 
 def test_what_a_method_refuses_is_not_asked(planted, tmp_path):
-    tested = MethodUnderTest(planted(RefusesMany))
+    tested = MethodUnderTest(planted(MANY))
     outcome = search(PROPERTIES["score"], tested, examples=40, seed=1)
     assert outcome.counterexample is None
     assert outcome.asked > 0
@@ -156,12 +159,12 @@ def test_what_a_method_refuses_is_not_asked(planted, tmp_path):
     assert outcome.asked + outcome.refused == outcome.examples == 40
     # What cannot be asked of the changed layout is not asked of the layout either.
     assert search(PROPERTIES["far item"], tested, examples=40, seed=1).counterexample is None
-    outcome = search(PROPERTIES["score"], MethodUnderTest(planted(RefusesAll)), examples=5, seed=1)
+    outcome = search(PROPERTIES["score"], MethodUnderTest(planted(ALL)), examples=5, seed=1)
     assert (outcome.examples, outcome.asked, outcome.refused) == (5, 0, 5)
 
 
 def test_what_was_refused_is_counted_apart(planted, tmp_path):
-    asked = PropertyStudy((planted(RefusesMany), "fbs"), tuple(chosen(["score"])), 40)
+    asked = PropertyStudy((planted(MANY), "fbs"), tuple(chosen(["score"])), 40)
     found = run(asked, tmp_path)
     row, other = found.rows
     assert (row.standing, other.standing) == (Standing.HOLDS, Standing.HOLDS)
@@ -175,22 +178,13 @@ def test_what_was_refused_is_counted_apart(planted, tmp_path):
         f"planted: not asked on {row.refused} of 40 cases, which lie outside its range"
     ]
     assert run(asked, tmp_path).rows == found.rows, "kept and read again as it was"
-    found = run(PropertyStudy((planted(RefusesAll),), asked.properties, 7), tmp_path)
+    found = run(PropertyStudy((planted(ALL),), asked.properties, 7), tmp_path)
     assert found.rows[0].standing is Standing.NOT_ASKED
     assert (found.counts[Standing.VIOLATED], Properties().status(found)) == (0, 0)
 
 
-class RefusesNearlyAll(FullBaseSupport):
-    """Judges one item of one size."""
-
-    def _judge(self, layout, watch):
-        if layout.items[0].size != (1.0, 1.0, 1.0):
-            raise RefusedError("another size")
-        return super()._judge(layout, watch)
-
-
 def test_too_few_cases_are_not_said_to_hold(planted, tmp_path):
-    asked = PropertyStudy((planted(RefusesNearlyAll),), tuple(chosen(["score"])), 60)
+    asked = PropertyStudy((planted(NEARLY_ALL),), tuple(chosen(["score"])), 60)
     found = run(asked, tmp_path)
     [row] = found.rows
     assert 0 < row.asked < 6
