@@ -160,6 +160,7 @@ def test_the_page_of_one_search_has_its_sections_alone(tmp_path, undrawn):
     assert "are right on 98.4 % of the cases at 5.10 ms, those that the" in page.summary
     assert [section.title for section in page.sections] == [
         "Parameters that were searched", "The searches", "How cost is modelled",
+        "How to read this page",
     ]  # fmt: skip
     write_page(page, tmp_path)
 
