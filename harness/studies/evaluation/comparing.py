@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from steadyload.app.recommend.front import SIZES, Measured, on_front
+from steadyload.app.recommend.front import SIZES
 from steadyload.app.recommend.kept import NAME, SMALL, load_fronts, merged, write_fronts
 from steadyload.app.recommend.measured import front_of
 from steadyload.labelling.ceiling import Ceiling, label_ceiling
@@ -30,8 +30,8 @@ from steadyload.methods.registry import make_method
 from steadyload.methods.simulation.scene import planar_scene
 from steadyload.methods.simulation.simulation import Simulation
 from steadyload.reports.columns import row
-from steadyload.runs.agreement import agreement_matrix, tuning
-from steadyload.runs.answers import judged_layouts, listed_cases
+from steadyload.runs.agreement import AgreementMatrix, tuning
+from steadyload.runs.answers import answers_of, judged_layouts, listed_cases
 from steadyload.runs.comparison import compared
 from steadyload.runs.costs import CPU, Costs, limited_costs, load_explained, timed_costs
 from steadyload.runs.definition import StudyError
@@ -310,10 +310,11 @@ def _judged_set(
             for group in evaluation.groups
         },
         tunings=tunings(judged.keys),
-        fronts={
-            group: on_front(map(Measured.of, evaluation.rows[group])) for group in evaluation.groups
-        },
-        matrix=agreement_matrix(judged, judged_layouts(judged, kept, listed_cases(judged))),
+        answers=AgreementMatrix(
+            tuple(judged.keys.values()),
+            (),
+            answers_of(judged, judged_layouts(judged, kept, listed_cases(judged))),
+        ),
         classes=class_bins(right, labels),
         sizes=size_bins(
             pd.concat(map(_right, parts)), pd.concat(_labels(own) for own in parts), sizes, costs

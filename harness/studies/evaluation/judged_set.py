@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+from steadyload.app.recommend.front import Measured, on_front
 from steadyload.layouts.model.question import Question
 from steadyload.methods.naming import MethodKey
 from steadyload.reports.columns import (
@@ -25,7 +26,8 @@ from steadyload.runs.evaluation import (
 )
 from steadyload.runs.paper import Paper
 from steadyload.statistics.error_costs import cheapest_by_ratio
-from steadyload.statistics.estimate import Estimate
+from steadyload.statistics.estimate import NOTHING, Estimate
+from steadyload.statistics.metrics import agreement
 from steadyload.studies.evaluation.costing import Growth, summary_of
 from steadyload.studies.evaluation.error_places import (
     CaseBin,
@@ -64,8 +66,7 @@ class JudgedSet:
     Attributes:
         tests: by group, all pairs; of few item lists each method against one.
         tunings: by spec of a simulation, a text of its parameters; equal for equal parameters.
-        fronts: by group, specs of methods than which no cheaper one is as accurate, by rising cost;
-            empty where nothing was timed.
+        answers: of all methods to all cases, without shares.
         classes, margins: empty where the set has none.
         without_label: cases that were judged and have no label of the question, by the way in which
             labelling ended.
@@ -82,8 +83,7 @@ class JudgedSet:
     timing: Timing | None
     tests: Mapping[str, Family[MethodKey]]
     tunings: Mapping[str, str]
-    fronts: Mapping[str, Sequence[str]]
-    matrix: AgreementMatrix
+    answers: AgreementMatrix
     classes: Sequence[CaseBin]
     sizes: Sequence[CaseBin]
     margins: Sequence[MarginBin]
@@ -137,10 +137,11 @@ class JudgedSet:
         others = self.tests[ALL].versus(self.best.method).tests
         return [test for test in others if not test.significant], len(others)
 
-    @property
+    @cached_property
     def front(self) -> list[MethodEvaluation]:
-        """Methods than which no cheaper one is as accurate, by rising cost."""
-        return [self.evaluation.row(spec) for spec in self.fronts[ALL]]
+        """Methods than which no cheaper one is as accurate, by rising cost; none without times."""
+        specs = on_front(map(Measured.of, self.evaluation.methods))
+        return [self.evaluation.row(spec) for spec in specs]
 
     @cached_property
     def rows(self) -> Mapping[str, Sequence[Result]]:
@@ -156,7 +157,8 @@ class JudgedSet:
     def few(self) -> list[Result]:
         """The methods of charts: the front, the yardstick, and the best of further families."""
         results = {own.own.method.spec: own for own in self.results}
-        shown = [spec for spec in dict.fromkeys((*self.fronts[ALL], YARDSTICK)) if spec in results]
+        front = (own.method.spec for own in self.front)
+        shown = [spec for spec in dict.fromkeys((*front, YARDSTICK)) if spec in results]
         families = {results[spec].own.method.family for spec in shown}
         for own in sorted(results.values(), key=lambda one: -one.own.accuracy.value):
             if len(shown) < _FEW and own.own.method.family not in families:
@@ -234,8 +236,8 @@ class JudgedSet:
     @property
     def cost_results(self) -> list[Result]:
         """Methods on the front, and those whose errors cost least at some ratio."""
-        shown = {*self.fronts[ALL], *(each.own.method.spec for each in self.cheapest)}
-        return [own for own in self.results if own.own.method.spec in shown]
+        shown = {own.method for own in (*self.front, *(each.own for each in self.cheapest))}
+        return [own for own in self.results if own.own.method in shown]
 
     @property
     def error_costs(self) -> list[Point]:
@@ -380,15 +382,23 @@ class JudgedSet:
     @property
     def agreement(self) -> list[Pair]:
         """How often two of the few methods say the same."""
-        titles = {own.own.method.title for own in self.few}
-        return [pair for pair in self.matrix.cells if {pair.of, pair.other} <= titles]
+        judged, keys = self.evaluation.judged, [own.own.method for own in self.few]
+        return [
+            Pair(
+                one.title, other.title,
+                NOTHING if one == other
+                else agreement(judged.said, one.spec, other.spec, judged.clusters),
+            )
+            for one in keys
+            for other in keys
+        ]  # fmt: skip
 
     @property
     def answer_chart(self) -> Any:
         """The chart of the answers of all methods, for the HTML page; None without them."""
         from steadyload.studies.agreement_section import answer_chart
 
-        return answer_chart(self.matrix)
+        return answer_chart(self.answers)
 
 
 def _span(bin_: MarginBin) -> str:
