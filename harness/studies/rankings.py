@@ -56,6 +56,11 @@ CLAIMS: tuple[tuple[str, str, str], ...] = (
 """Conclusions that a reader may draw from Table 5: the first method is more accurate than the
 second."""
 
+CHARTED = (
+    "fbs", "pbs0.5", "sme", "equilibrium", "ps3-literal@bullet", "lstm_e", "ps_opt@mujoco",
+)  # fmt: skip
+"""Specs of the methods that the chart shows, as many as can be read: those of most conclusions."""
+
 _SHARD = 25
 
 
@@ -107,6 +112,20 @@ class Claim:
     greatest: Estimate = column("greatest", percent)
 
 
+class Ranks(NamedTuple):
+    """Ranks by accuracy that a method may have, 1 for the most accurate.
+
+    The best counts the methods that are significantly more accurate, by the 95 % interval of the
+    difference, the worst those that are not significantly less accurate.
+    """
+
+    best: int
+    worst: int
+
+    def __str__(self) -> str:
+        return f"{self.best}" if self.best == self.worst else f"{self.best} to {self.worst}"
+
+
 @row
 class UnderRule:
     """The labels of the reference under one rule, and the most accurate methods by these."""
@@ -123,7 +142,7 @@ class UnderRule:
 
 @row
 class Place:
-    """A method under one rule: accuracy, and rank, 1 for the most accurate; equal ones share it.
+    """A method under one rule: accuracy, and the ranks that it may have.
 
     ``by``: what the rule differs in, as a panel of the chart is named; the usual rule is in each.
     """
@@ -133,16 +152,18 @@ class Place:
     by: str
     knowledge: Knowledge
     accuracy: Estimate
-    rank: int
+    ranks: Ranks
 
 
 @row
 class Accuracies:
-    """Accuracy of one method under every rule, by the rule's short name."""
+    """Accuracy and ranks of one method under every rule, by the rule's short name."""
 
     method: str = column()
     by_time: Mapping[str, Estimate] = column("{}", percent)
     by_limit: Mapping[str, Estimate] = column("{}", percent)
+    ranks_by_time: Mapping[str, Ranks] = column("{}", str)
+    ranks_by_limit: Mapping[str, Ranks] = column("{}", str)
 
 
 @row
@@ -161,6 +182,11 @@ class Rankings:
     item_lists: int
     lost: Mapping[str, int]
     made_with: Mapping[str, str]
+
+    @property
+    def charted(self) -> list[Place]:
+        """The places that the chart shows."""
+        return [place for place in self.places if place.method.spec in CHARTED]
 
     @property
     def standing(self) -> list[Claim]:
@@ -294,10 +320,18 @@ def _places(
 ) -> Iterator[Place]:
     """A method each, under its name as it stands."""
     keys = {spec: judged.keys[_known(spec, rule, knowledge)] for spec in plain}
-    shares = {spec: accuracy(own.right[key], own.clusters) for spec, key in keys.items()}
-    for spec, found in shares.items():
-        rank = 1 + sum(other.value > found.value for other in shares.values())
-        yield Place(judged.keys[spec], rule.short, by, knowledge, found, rank)
+    for spec, key in keys.items():
+        ahead = [
+            difference(own.right[key], own.right[other], own.clusters)
+            for other in keys.values()
+            if other != key
+        ]
+        ranks = Ranks(
+            1 + sum(one.high < 0.0 for one in ahead),
+            len(keys) - sum(one.low > 0.0 for one in ahead),
+        )
+        found = accuracy(own.right[key], own.clusters)
+        yield Place(judged.keys[spec], rule.short, by, knowledge, found, ranks)
 
 
 def _under(
@@ -308,12 +342,10 @@ def _under(
     usual = judged.said[USUAL.label].loc[labels.index]
 
     def first(knowledge: Knowledge) -> str:
-        ranked = {
-            place.method.title: place.accuracy
-            for place in places
-            if (place.rule, place.knowledge, place.rank) == (rule.short, knowledge, 1)
-        }
-        return f"{names(ranked)}, {percent(next(iter(ranked.values())))}"
+        own = [p for p in places if (p.rule, p.knowledge) == (rule.short, knowledge)]
+        most = max(own, key=lambda place: place.accuracy.value).accuracy
+        best = [place.method.title for place in own if place.accuracy.value == most.value]
+        return f"{names(dict.fromkeys(best))}, {percent(most)}"
 
     return UnderRule(
         rule=rule.name,
@@ -327,9 +359,15 @@ def _under(
 
 def _accuracies(method: MethodKey, knowledge: Knowledge, places: Sequence[Place]) -> Accuracies:
     own = {
-        place.rule: place.accuracy
+        place.rule: place
         for place in places
         if (place.method, place.knowledge) == (method, knowledge)
     }
-    times, limits = ({rule.short: own[rule.short] for rule in rules} for rules in (TIMES, LIMITS))
-    return Accuracies(method.title, times, limits)
+    times, limits = ([own[rule.short] for rule in rules] for rules in (TIMES, LIMITS))
+    return Accuracies(
+        method=method.title,
+        by_time={place.rule: place.accuracy for place in times},
+        by_limit={place.rule: place.accuracy for place in limits},
+        ranks_by_time={place.rule: place.ranks for place in times},
+        ranks_by_limit={place.rule: place.ranks for place in limits},
+    )

@@ -34,7 +34,6 @@ def curves(
     limit: Field = "",
     panel: Field = "",
     above: Field = "",
-    ranks: bool = False,
     ends: bool = False,
     across: int = 0,
     own_y: bool = False,
@@ -65,7 +64,6 @@ def curves(
         limit: field of a number of y at which the panel has a dotted line; None for none.
         panel: field of what a panel shows, which is its title.
         above: field of what the panels of one line show; lines of panels stand above each other.
-        ranks: whether y is a rank: 1 stands on top, and every one has a tick.
         ends: whether a line's title stands at its end, in the last panel, and not in a legend.
         across: panels beside each other; 0 for all of them.
         own_y: whether every panel has a y of its own, of two decades or more where it is
@@ -156,9 +154,6 @@ def curves(
         axes.set_ylabel(y_label)
     if y_from is not None:
         drawn[0].set_ylim(bottom=y_from)
-    if ranks:
-        most = max(value(row, y) for row in points)
-        drawn[0].set(ylim=(most + 0.5, 0.5), yticks=range(1, most + 1))
     if above:
         figure.tight_layout()
     if not ends:

@@ -45,7 +45,7 @@ from steadyload.studies.kit import Lab
 SPECS = ("fbs", "sme", "equilibrium")
 FEW = ("--limit", "3", "--timed", "2", "--repeats", "1", "--rules", "2", "-j", "1")
 pytestmark = pytest.mark.usefixtures("file_in_this_process")
-ASKED = ("evaluation", *(word for spec in SPECS for word in ("-m", spec)), *FEW, "--views", "1")
+ASKED = ("study", "evaluation", *(word for spec in SPECS for word in ("-m", spec)), *FEW, "--views", "1")
 
 
 @pytest.fixture(scope="module")

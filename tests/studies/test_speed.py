@@ -1,7 +1,6 @@
 """The benchmark measures what it says: phases lie within the total, the floor is stepping alone."""
 
 import json
-import math
 
 import pytest
 

@@ -23,7 +23,7 @@ def test_a_template_names_what_there_is(template):
     assert faults_of(study(name), page_environment) == []
 
 
-INCLUDED = {"conclusions.md.j2": Rankings, "ranks.md.j2": Rankings, "reliability.md.j2": Found}
+INCLUDED = {"conclusions.md.j2": Rankings, "reliability.md.j2": Found}
 """Parts of pages of several studies -> what they call ``found``."""
 
 MACROS = {"how_to_read.md.j2", "methods.md.j2"}

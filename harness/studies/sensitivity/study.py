@@ -14,7 +14,7 @@ class Sensitivity(Study["Rankings"]):
     """Accuracy and rank of methods by the rule that labels are made by."""
 
     question = "Which conclusions survive another time, threshold or point that is measured?"
-    about = "rank of every method over the rule by which a loading fails"
+    about = "accuracy and rank of every method over the rule by which a loading fails"
     workers = 0
     pages = (PublishedPage("sensitivity", "--limit 100"),)
 
