@@ -45,7 +45,14 @@ from steadyload.studies.kit import Lab
 SPECS = ("fbs", "sme", "equilibrium")
 FEW = ("--limit", "3", "--timed", "2", "--repeats", "1", "--rules", "2", "-j", "1")
 pytestmark = pytest.mark.usefixtures("file_in_this_process")
-ASKED = ("study", "evaluation", *(word for spec in SPECS for word in ("-m", spec)), *FEW, "--views", "1")
+ASKED = (
+    "study",
+    "evaluation",
+    *(word for spec in SPECS for word in ("-m", spec)),
+    *FEW,
+    "--views",
+    "1",
+)
 
 
 @pytest.fixture(scope="module")
@@ -274,18 +281,8 @@ def test_one_run_answers_both_questions(tmp_path, monkeypatch):
     """The second page judges and times nothing anew; it has other labels and other methods."""
     usual = ("sme", "lstm_1", "lstm_1:question=stands")
     monkeypatch.setattr(judging, "standard_methods", lambda: usual)
-    words = [
-        "evaluation",
-        "--directory",
-        "lists",
-        "--limit",
-        "60",
-        "--timed",
-        "1",
-        "--repeats",
-        "1",
-    ]
-    words += ["-j", "1", "--work", str(tmp_path / "work")]
+    words = ["study", "evaluation", "--directory", "lists", "--limit", "60", "-j", "1"]
+    words += ["--timed", "1", "--repeats", "1", "--work", str(tmp_path / "work")]
     assert main([*words, "-o", str(tmp_path / "within")]) == 0
     kept = {path: path.stat().st_mtime_ns for path in (tmp_path / "work").rglob("*-*.*")}
     assert main([*words, "--question", "stands", "-o", str(tmp_path / "stands")]) == 0

@@ -349,7 +349,12 @@ def test_only_what_was_asked_is_made_and_shown(tmp_path, capsys, learned, in_thi
     path = Path(capsys.readouterr().out.strip())
     text = path.read_text()
     headings = [line[3:] for line in text.splitlines() if line.startswith("## ")]
-    assert headings == ["Size of the training set", "Where the weights come from", "Made with"]
+    assert headings == [
+        "Size of the training set",
+        "Where the weights come from",
+        "How to read this page",
+        "Made with",
+    ]
     [training] = (work / "checkpoints").iterdir()
     assert training.name.startswith("fewer-0-")
     assert not (work / "sets").exists()
