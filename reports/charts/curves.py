@@ -16,6 +16,9 @@ from steadyload.reports.style import DASHES, LOOKS
 
 _STYLE = {"linewidth": 1.1, "markersize": 5.0}
 _ENDS = {"elinewidth": 0.6, "capsize": 2.0}
+_LINE = 11.0
+"""Height of a line of text [points]."""
+
 _ROOM = 1.2
 """Smallest factor between ticks of a log axis that do not overlap."""
 
@@ -186,15 +189,21 @@ def _show_two_decades(axes: Axes) -> None:
 
 
 def _name_ends(axes: Axes) -> None:
-    """Titles of lines at their ends; of lines that end together one below the other."""
-    ended: dict[float, int] = {}
-    for line in axes.lines:
-        x, y = map(float, np.asarray(line.get_xydata())[-1])
-        before = ended[y] = ended.get(y, -1) + 1
+    """Titles of lines at their ends, none over another: those that have no room move down."""
+    lines = [
+        (getattr(handle, "lines", (handle,))[0], title)
+        for handle, title in zip(*axes.get_legend_handles_labels(), strict=True)
+    ]
+    ends = [(*map(float, np.asarray(line.get_xydata())[-1]), line, title) for line, title in lines]
+    points = 72.0 / axes.figure.dpi
+    free = math.inf
+    for x, y, line, title in sorted(ends, key=lambda end: -end[1]):
+        end = points * float(axes.transData.transform((x, y))[1])
+        place = min(end, free)
+        free = place - _LINE
         axes.annotate(
-            str(line.get_label()), (x, y), xytext=(8.0, -11.0 * before),
-            textcoords="offset points", va="center", fontsize=8, color=line.get_color(),
-            annotation_clip=False,
+            title, (x, y), xytext=(8.0, place - end), textcoords="offset points", va="center",
+            fontsize=8, color=line.get_color(), annotation_clip=False,
         )  # fmt: skip
 
 

@@ -184,6 +184,20 @@ def test_numbers_over_texts_stand_in_lines_of_panels_and_titles_at_the_ends_of_l
     assert second.get_legend() is None
 
 
+def test_titles_at_ends_are_of_lines_with_intervals_and_never_over_another():
+    rows = [
+        {"title": title, "rule": rule, "share": Estimate(share, share - 0.1, share + 0.05, 9)}
+        for title, share in (("a", 0.9), ("b", 0.899), ("c", 0.898), ("d", 0.2))
+        for rule in ("1 s", "2 s")
+    ]
+    [axes] = curves(rows, "rule", "share", percent="y", ends=True).figure.axes
+    assert [text.get_text() for text in axes.texts] == ["a", "b", "c", "d"]
+    offsets = [text.get_position()[1] for text in axes.texts]
+    assert offsets[0] == offsets[3] == 0.0
+    assert -12.0 < offsets[1] < -9.0
+    assert -23.0 < offsets[2] < -18.0
+
+
 def test_curves_of_plain_numbers_have_no_intervals_and_skip_what_is_not_there():
     rows = [
         {"title": "a", "points": [{"n": 1, "ms": 2.0}, {"n": 2, "ms": None}, {"n": 3, "ms": 4.0}]},
