@@ -132,7 +132,8 @@ RENAMED: Mapping[str, str] = {
     "report": "study report",
     "table5": "study evaluation",
     "sensitivity": "study sensitivity",
-    "real": "study evaluation",
+    "real": "study evaluation --directory real --question both --timeout 20 --small 60 "
+    "--pallets 60",
     "cascade page": "study cascade",
     "compare-presets": "study tuning",
     "tuned": "study tuning",
@@ -142,7 +143,7 @@ RENAMED: Mapping[str, str] = {
     "session": "study session",
     "bench": "study speed",
     "compare-engines": "study engines",
-    "precision": "study extremes",
+    "precision": "study extremes --loads 100",
     "scope": "study scope",
     "verify closed-forms": "study closed-forms",
     "verify convergence": "study convergence",
@@ -153,7 +154,7 @@ RENAMED: Mapping[str, str] = {
     "packers": "study packers",
     "study measure": "study scale",
 }
-"""Earlier words of commands -> their present words; both work."""
+"""Earlier words of commands -> their present words, with flags; both work."""
 
 
 def commands() -> dict[str, Command]:

@@ -126,7 +126,13 @@ def test_an_earlier_name_is_taken_with_one_line(old, new, capsys):
     assert main([*old.split(), "--help"]) == 0
     told = capsys.readouterr()
     assert told.err == f"steadyload {old} is now called steadyload {new}\n"
-    assert f"Usage: steadyload {new}" in told.out
+    assert f"Usage: steadyload {new.partition(' --')[0]}" in told.out
+
+
+def test_an_earlier_name_of_a_study_brings_what_it_meant_and_flags_override_it():
+    was = running.command_of(["real", "--timeout", "60", "--limit", "2"])
+    assert (was.directory, was.asked, was.timeout, was.small) == ("real", "both", 60.0, 60)
+    assert was.limit == 2
 
 
 @pytest.mark.parametrize(
