@@ -6,7 +6,6 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -190,11 +189,10 @@ def _show_two_decades(axes: Axes) -> None:
 
 def _name_ends(axes: Axes) -> None:
     """Titles of lines at their ends, none over another: those that have no room move down."""
-    lines = [
-        (getattr(handle, "lines", (handle,))[0], title)
-        for handle, title in zip(*axes.get_legend_handles_labels(), strict=True)
-    ]
-    ends = [(*map(float, np.asarray(line.get_xydata())[-1]), line, title) for line, title in lines]
+    ends = []
+    for handle, title in zip(*axes.get_legend_handles_labels(), strict=True):
+        line: Any = getattr(handle, "lines", (handle,))[0]
+        ends.append((*map(float, line.get_xydata()[-1]), line, title))
     points = 72.0 / axes.figure.dpi
     free = math.inf
     for x, y, line, title in sorted(ends, key=lambda end: -end[1]):
