@@ -6,13 +6,13 @@ from steadyload.layouts.packing.heuristics import HEURISTICS, pack_bins
 from steadyload.layouts.packing.packing import ITEM_CLASSES, SPACE_RULES, make_instance, pack
 from steadyload.methods import make_method
 from steadyload.methods.contract import stopwatch
+from steadyload.methods.session.stable_packing import pack_stably
 from steadyload.reports.table import milliseconds, percent
 from steadyload.studies.kit import Lab
 from steadyload.studies.session import placing
 from steadyload.studies.session.packing_gains import PACKED_BY, packing_gains
 from steadyload.studies.session.placing import SCENES, session_curves
 from steadyload.studies.session.showing import Found
-from steadyload.studies.session.stable_packing import pack_stably
 from steadyload.studies.session.study import Session
 
 

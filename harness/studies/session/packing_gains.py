@@ -15,13 +15,13 @@ from steadyload.layouts.packing.packing import ITEM_CLASSES, make_instance
 from steadyload.methods.contract.method import Verdict
 from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.registry import make_method
+from steadyload.methods.session.stable_packing import pack_stably
 from steadyload.progress import NamedProgress, silent
 from steadyload.reports.columns import column, fixed, milliseconds, percent, row, significant
 from steadyload.runs.asked import Asked, kept_rows
 from steadyload.runs.provenance import made_by
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import mean, share
-from steadyload.studies.session.stable_packing import pack_stably
 
 VERSION = 1
 """Version of the packing: raised when the same methods come to other bins."""
