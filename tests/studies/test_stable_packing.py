@@ -82,18 +82,18 @@ def test_bins_that_are_packed_stably_can_be_loaded(spec):
 
 @pytest.fixture(scope="module")
 def gains(tmp_path_factory):
-    work = tmp_path_factory.mktemp("gains")
+    lab = Lab(tmp_path_factory.mktemp("gains"))
     asked = {"judge": "equilibrium", "instances": 1, "heuristics": PACKED_BY[:2]}
-    tasks = packing_gains(work, ["fbs"], **asked)
-    assert packing_gains(work, ["fbs"], **asked) == tasks
+    tasks = packing_gains(lab, ["fbs"], **asked)
+    assert packing_gains(lab, ["fbs"], **asked) == tasks
     return tasks
 
 
 @pytest.fixture(scope="module")
 def curves(tmp_path_factory):
-    work, specs = tmp_path_factory.mktemp("costs"), ["pbs0.7", "equilibrium"]
-    found = session_curves(work, specs, count=40)
-    assert session_curves(work, specs, count=40) == found
+    lab, specs = Lab(tmp_path_factory.mktemp("costs")), ["pbs0.7", "equilibrium"]
+    found = session_curves(lab, specs, count=40)
+    assert session_curves(lab, specs, count=40) == found
     return found[0]
 
 
@@ -127,7 +127,7 @@ def test_a_placement_costs_its_own_box_and_substeps(told_time, tmp_path):
     told_time("mujoco", placing, stopwatch)
     spec = "simulation@mujoco:t_max=0.1,frequency=60,between_steps=reseat,samples=1"
     each = 20.0 + 6 * 1.0  # milliseconds of adding a box and of 0.1 s at 60 Hz
-    curves, _ = session_curves(tmp_path, [spec], count=40)
+    curves, _ = session_curves(Lab(tmp_path), [spec], count=40)
     for curve in curves:
         assert [(p.items, p.placement, p.whole) for p in curve.points] == [
             (20, pytest.approx(each), pytest.approx(20 * each)),

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from itertools import chain
-from pathlib import Path
-from typing import Any
 
 from steadyload.layouts.model.layout import Layout
 from steadyload.layouts.packing.heuristics import HEURISTICS, Heuristic
@@ -16,12 +14,11 @@ from steadyload.methods.contract.method import Verdict
 from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.registry import make_method
 from steadyload.methods.session.stable_packing import pack_stably
-from steadyload.progress import NamedProgress, silent
 from steadyload.reports.columns import column, fixed, milliseconds, percent, row, significant
-from steadyload.runs.asked import Asked, kept_rows
 from steadyload.runs.provenance import made_by
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import mean, share
+from steadyload.studies.kit import Asked, Lab
 
 VERSION = 1
 """Version of the packing: raised when the same methods come to other bins."""
@@ -36,9 +33,6 @@ REJECTING = (
     "ps_opt@mujoco",
 )
 """Methods that reject placements."""
-
-JUDGE = "label@reference"
-"""Method that judges the packed bins; none of those that reject placements."""
 
 PACKED_BY = HEURISTICS[:40:5]
 """Heuristics with all eight space rules and all five placement rules, with the first bin rule."""
@@ -127,20 +121,19 @@ class Packings:
     packings: Sequence[Packing]
 
 
-class Verdicts:
+@cache
+def _judging(judge: str) -> Callable[[Layout], Verdict]:
     """Verdicts of a method, computed once for every geometry: many heuristics pack alike."""
+    method, known = make_method(judge), dict[str, Verdict]()
+    method.prepare(ITEM_COUNT)
 
-    def __init__(self, judge: str) -> None:
-        self._judge = make_method(judge)
-        self._known: dict[str, Verdict] = {}
-        self._judge.prepare(ITEM_COUNT)
-
-    def of(self, layout: Layout) -> Verdict:
-        """The verdict on a layout."""
+    def verdict(layout: Layout) -> Verdict:
         key = layout.content_hash()
-        if key not in self._known:
-            self._known[key] = self._judge.judge(layout)
-        return self._known[key]
+        if key not in known:
+            known[key] = method.judge(layout)
+        return known[key]
+
+    return verdict
 
 
 class PackingUnit(
@@ -173,9 +166,9 @@ class PackingUnit(
         who = self.method or "nobody"
         return f"class {self.item_class}, {who} rejects"
 
-    def measure(self, verdicts: Verdicts | None = None) -> Packings:
-        """Pack; ``verdicts`` of the judge are shared with other units."""
-        verdicts = verdicts or Verdicts(self.judge)
+    def measure(self) -> Packings:
+        """Pack, and judge the bins."""
+        verdict = _judging(self.judge)
         method = make_method(self.method) if self.method else None
         if method is not None:
             method.prepare(ITEM_COUNT)
@@ -184,12 +177,12 @@ class PackingUnit(
             instance = make_instance(self.item_class, number, seed=_SEED, item_count=ITEM_COUNT)
             for heuristic in map(Heuristic.numbered, self.heuristics):
                 found = pack_stably(instance, heuristic, method)
-                judged = [verdicts.of(layout) for layout in found.layouts]
+                judged = [verdict(layout) for layout in found.layouts]
                 packings.append(
                     Packing(
                         item_list=instance.number,
-                        stable=[verdict.stable for verdict in judged],
-                        scores=[verdict.score or 0.0 for verdict in judged],
+                        stable=[one.stable for one in judged],
+                        scores=[one.score or 0.0 for one in judged],
                         left_out=found.left_out,
                         placements=found.placements,
                         rejected=found.rejected,
@@ -201,23 +194,21 @@ class PackingUnit(
 
 
 def packing_gains(
-    work: Path,
+    lab: Lab,
     specs: Sequence[str] = REJECTING,
     *,
-    judge: str = JUDGE,
+    judge: str,
     instances: int = 5,
     heuristics: Sequence[Heuristic] = PACKED_BY,
-    progress: NamedProgress = silent,
 ) -> list[PackingTask]:
     """Pack item lists of all classes with every method that rejects, and without any.
 
     Args:
-        work: folder of what was packed and judged, which is not done again.
+        lab: what was packed and judged in its folder is not done again.
         specs: methods that reject placements.
         judge: method that judges the packed bins.
         instances: number of item lists of each class.
         heuristics: that pack each of them.
-        progress: called with what is done, the packings done and those to be done.
 
     Raises:
         SpecError: no such method.
@@ -233,42 +224,33 @@ def packing_gains(
         for item_class in ITEM_CLASSES
         for spec in ("", *specs)
     ]  # fmt: skip
-    found = kept_rows(
-        work / "packed",
-        units,
-        Packings,
-        measure=partial(PackingUnit.measure, verdicts=Verdicts(judge)),
-        progress=lambda *of: progress("packings", *of),
-    )
-    names = tuple(heuristic.name for heuristic in heuristics)
-    gains: dict[int, list[PackingGain]] = {}
-    for unit, one in zip(units, found.rows, strict=True):
-        gains.setdefault(unit.item_class, []).append(_gain(unit.method, one.packings))
+    found, _ = lab.measure(units, Packings, folder="packed")
+    names, rows = tuple(heuristic.name for heuristic in heuristics), iter(found)
     return [
-        PackingTask(f"Class {item_class}", instances, ITEM_COUNT, names, judge, tuple(own))
-        for item_class, own in gains.items()
-    ]
+        PackingTask(
+            f"Class {item_class}", instances, ITEM_COUNT, names, judge,
+            tuple(_gain(spec, next(rows).packings) for spec in ("", *specs)),
+        )
+        for item_class in ITEM_CLASSES
+    ]  # fmt: skip
 
 
 def _gain(spec: str, packings: Sequence[Packing]) -> PackingGain:
-    of_packings = [packing.item_list for packing in packings]
-    of_bins = [packing.item_list for packing in packings for _ in packing.stable]
+    of_packings = [one.item_list for one in packings]
+    of_bins = [one.item_list for one in packings for _ in one.stable]
     items = ITEM_COUNT * len(packings)
-
-    def of_all(name: str) -> list[Any]:
-        return [getattr(packing, name) for packing in packings]
-
     key = method_key(make_method(spec)) if spec else None
-    judging = mean([1e3 * seconds / ITEM_COUNT for seconds in of_all("judging")], of_packings)
     return PackingGain(
         title=key.title if key else "nobody",
-        stable=share(list(chain(*of_all("stable"))), of_bins),
-        score=mean(list(chain(*of_all("scores"))), of_bins),
-        bins=mean(list(map(len, of_all("stable"))), of_packings),
-        cpu=mean([1e3 * seconds / ITEM_COUNT for seconds in of_all("seconds")], of_packings),
-        left_out=sum(of_all("left_out")),
-        asked=sum(of_all("placements")) / items if key else None,
-        rejected=sum(of_all("rejected")) / items if key else None,
-        judging=judging if key else None,
+        stable=share(list(chain(*(one.stable for one in packings))), of_bins),
+        score=mean(list(chain(*(one.scores for one in packings))), of_bins),
+        bins=mean([len(one.stable) for one in packings], of_packings),
+        cpu=mean([1e3 * one.seconds / ITEM_COUNT for one in packings], of_packings),
+        left_out=sum(one.left_out for one in packings),
+        asked=sum(one.placements for one in packings) / items if key else None,
+        rejected=sum(one.rejected for one in packings) / items if key else None,
+        judging=mean([1e3 * one.judging / ITEM_COUNT for one in packings], of_packings)
+        if key
+        else None,
         method=key,
     )

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import astuple, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from operator import attrgetter
-from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,6 +23,7 @@ from steadyload.reports.columns import column, fixed, row, significant
 from steadyload.runs.asked import Asked, kept_rows
 from steadyload.runs.provenance import made_by
 from steadyload.statistics.growth import slope
+from steadyload.studies.kit import Lab
 
 COSTED = (
     "pbs0.7",
@@ -59,8 +60,7 @@ _ENOUGH_FOR_A_WHOLE = 1.5
 """Time of one size after which no larger whole layouts are judged [s]."""
 
 
-@dataclass(frozen=True, slots=True)
-class PlacementCost:
+class PlacementCost(NamedTuple):
     """Cost of a placement at a number of loaded items.
 
     Attributes:
@@ -98,14 +98,19 @@ class SessionCurve:
     points: Sequence[PlacementCost]
 
 
-def _curve(method: MethodKey, scene: str, points: Sequence[PlacementCost]) -> SessionCurve:
+def _curve(method: str, scene: str, points: Sequence[PlacementCost]) -> SessionCurve:
     by_items = {point.items: point for point in points}
     placements = {n: by_items[n].placement if n in by_items else None for n in SHOWN}
-    last, whole = placements[SHOWN[-1]], None
-    if SHOWN[-1] in by_items:
-        whole = by_items[SHOWN[-1]].whole
-    over = whole / last if whole is not None and last is not None else None
-    return SessionCurve(scene, method, placements, _exponent(points), whole, over, points)
+    most = by_items.get(SHOWN[-1])
+    return SessionCurve(
+        scene,
+        method_key(make_method(method)),
+        placements,
+        _exponent(points),
+        whole=most and most.whole,
+        over_session=most.whole / most.placement if most and most.whole is not None else None,
+        points=points,
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -192,17 +197,12 @@ class CurvesUnit(Asked[MeasuredCurves], question="cost of a placement"):
         curves = []
         for cell in cells:
             progress(f"{cell.scene.name}, {cell.method.spec}, whole layouts")
-            points = list(map(astuple, cell.points()))
-            curves.append(MeasuredCurve(str(cell.method.spec), cell.scene.name, points))
+            curves.append(MeasuredCurve(str(cell.method.spec), cell.scene.name, cell.points()))
         return MeasuredCurves(curves)
 
 
 def session_curves(
-    work: Path,
-    specs: Sequence[str] = COSTED,
-    *,
-    count: int = 200,
-    progress: NamedProgress = silent,
+    lab: Lab, specs: Sequence[str] = COSTED, *, count: int = 200
 ) -> tuple[list[SessionCurve], Mapping[str, str]]:
     """Cost of a placement against the number of items loaded, by scene and method.
 
@@ -210,10 +210,9 @@ def session_curves(
     the smallest time of each placement counts.
 
     Args:
-        work: folder of what was measured, which is not measured again.
+        lab: what was measured in its folder is not measured again.
         specs: methods.
         count: number of items to load.
-        progress: called with a description of the current measurement.
 
     Returns:
         The curves, and the provenance of the measurement.
@@ -222,19 +221,17 @@ def session_curves(
         SpecError: no such method.
         ResultsError: another run is at work in the folder.
     """
-    made = {spec: made_by(make_method(spec)) for spec in specs}
-    unit = CurvesUnit(tuple(specs), count, made)
+    unit = CurvesUnit(tuple(specs), count, {spec: made_by(make_method(spec)) for spec in specs})
     (found,), made_with = kept_rows(
-        work / "measured",
+        lab.work / "measured",
         [unit],
         MeasuredCurves,
-        measure=partial(CurvesUnit.measure, progress=progress),
+        measure=partial(CurvesUnit.measure, progress=lab.progress),
     )
-    curves = []
-    for one in found.curves:
-        points = tuple(PlacementCost(*point) for point in one.points)
-        key = method_key(make_method(one.method))
-        curves.append(_curve(key, one.scene, points))
+    curves = [
+        _curve(one.method, one.scene, [PlacementCost(*point) for point in one.points])
+        for one in found.curves
+    ]
     return curves, made_with
 
 
@@ -253,11 +250,10 @@ class _Cell:
         """Load every draw once more, unless it took too long before."""
         if self.spent > _ENOUGH_TO_REPEAT * len(self.draws):
             return
-        first = not self.least
         for place, draw in enumerate(self.draws):
             loaded, times = _load(self.method, draw, count)
             self.spent += float(times.sum())
-            if first:
+            if len(self.least) == place:
                 self.loaded.append(loaded)
                 self.least.append(times)
             else:

@@ -12,21 +12,14 @@ from steadyload.studies.session.placing import SCENES, Scene, SessionCurve
 
 
 @row
-class Cost:
-    """CPU time of a placement at a number of loaded items [ms]."""
-
-    items: int
-    ms: float
-
-
-@row
-class Line:
-    """A line of the chart: placements in a session, or by judging the whole layout."""
+class Shown:
+    """A point of the chart: a placement in a session, or judging the whole layout [ms]."""
 
     method: MethodKey
     scene: str
     way: str
-    points: Sequence[Cost]
+    items: int
+    ms: float | None
 
 
 @row
@@ -44,17 +37,12 @@ class Found:
         return CostSource(CostKind.ONE_PROCESS).explained()
 
     @property
-    def lines(self) -> list[Line]:
-        """The lines of the chart."""
+    def shown(self) -> list[Shown]:
+        """The points of the chart."""
         ways = {"in a session": "placement", "the whole layout": "whole"}
         return [
-            Line(curve.method, curve.scene, way, points)
+            Shown(curve.method, curve.scene, way, point.items, getattr(point, name))
             for way, name in ways.items()
             for curve in self.curves
-            if (points := _costs(curve, name))
+            for point in curve.points
         ]
-
-
-def _costs(curve: SessionCurve, name: str) -> list[Cost]:
-    found = [(point.items, getattr(point, name)) for point in curve.points]
-    return [Cost(items, ms) for items, ms in found if ms is not None]

@@ -25,8 +25,8 @@ class Session(Study["Found"]):
     methods: tuple[str, ...] = methods_option(
         "measure only this; may be repeated (default: those of the published page)"
     )
-    judge: str | None = option(
-        None, "judges what was packed (default: label@reference)", metavar="SPEC"
+    judge: str = option(
+        "label@reference", "judges what was packed (default: label@reference)", metavar="SPEC"
     )
     lists: int = option(5, "item lists of each class that are packed (default: 5)", least=1)
     most_items: int = option(
@@ -36,24 +36,19 @@ class Session(Study["Found"]):
     def run(self, lab: Lab) -> Found:
         """Costs of placements, and gains of packing heuristics; parts not asked for are empty."""
         from steadyload.runs.provenance import provenance_lines
-        from steadyload.studies.session.packing_gains import JUDGE, REJECTING, packing_gains
+        from steadyload.studies.session.packing_gains import REJECTING, packing_gains
         from steadyload.studies.session.placing import COSTED, session_curves
         from steadyload.studies.session.showing import Found
 
         parts = self.parts or PARTS
         curves, made_with = (
-            session_curves(
-                lab.work, self.methods or COSTED, count=self.most_items, progress=lab.progress
-            )
+            session_curves(lab, self.methods or COSTED, count=self.most_items)
             if "cost" in parts
             else ([], provenance_lines())
         )
         tasks = (
-            packing_gains(
-                lab.work, self.methods or REJECTING, judge=self.judge or JUDGE,
-                instances=self.lists, progress=lab.progress,
-            )
+            packing_gains(lab, self.methods or REJECTING, judge=self.judge, instances=self.lists)
             if "gain" in parts
             else []
-        )  # fmt: skip
+        )
         return Found(curves, tasks, made_with)
