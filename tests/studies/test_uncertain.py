@@ -12,11 +12,13 @@ from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.methods.registry import make_method
 from steadyload.reports.table import percent
+from steadyload.runs.pool import IN_THIS_PROCESS
 from steadyload.runs.verdict_reliability import Sampling
 from steadyload.studies.kit import Lab
+from steadyload.studies.uncertain import sampling
 from steadyload.studies.uncertain.cases import Question, Unit, sample_unit
 from steadyload.studies.uncertain.comparing import summarise
-from steadyload.studies.uncertain.sampling import Sampled, UncertainOptions, run_uncertain
+from steadyload.studies.uncertain.sampling import Sampled, sampled_cases
 from steadyload.studies.uncertain.study import Uncertain
 
 
@@ -109,24 +111,27 @@ def test_random_samples_of_a_case_agree(benchmark):
     assert 0.0 < row["variance"] < share * (1.0 - share) / row["samples"]
 
 
-def asked(**changes):
-    few = {"cases": 4, "engine_cases": 1, "alone": ("com=5mm",), "checked": 1, "check_cases": 1}
-    return UncertainOptions(methods=("sme", "ps3@chipmunk"), random=64, **few | changes)
+def test_a_run_goes_on_and_has_the_accuracy_of_the_plans(tmp_path, benchmark, monkeypatch):
+    for name, value in {"ALONE": ("com=5mm",), "CHECK_CASES": 1, "RANDOM": 64}.items():
+        monkeypatch.setattr(sampling, name, value)
+    asked = Uncertain(methods=("sme", "ps3@chipmunk"), cases=4, engine_cases=1, checked=1)
 
+    def run(seen):
+        progress = lambda _, *counts: seen.append(counts)  # noqa: E731
+        return sampled_cases(Lab(tmp_path, IN_THIS_PROCESS, progress), **vars(asked))
 
-def test_a_run_goes_on_and_has_the_accuracy_of_the_plans(tmp_path, benchmark):
     seen = []
-    sampled = run_uncertain(asked(), tmp_path, progress=lambda *counts: seen.append(counts))
+    sampled = run(seen)
     # Twelve cases by the rule, three by the engine, for what matters, and to find unsure ones.
     assert seen[0] == (0, 21)
     stamps = {path: path.stat().st_mtime_ns for path in tmp_path.glob("cases/*.json")}
     next(iter(stamps)).write_text("cut o")
     again = []
-    run_uncertain(asked(), tmp_path, progress=lambda *counts: again.append(counts))
+    run(again)
     changed = [p for p, stamp in stamps.items() if not p.exists() or p.stat().st_mtime_ns != stamp]
     assert changed == [next(iter(stamps))]
     assert again[0][0] >= 11
-    record = summarise(asked(), sampled, {})
+    record = summarise(asked.uncertain, sampled, {})
     (row,) = record.rows
     right = 0
     for case in benchmark.select("test", limit=4).itertuples():
@@ -167,7 +172,7 @@ def test_numbers_follow_from_samples(benchmark, assert_shown):
         ]
     )
     sampled = Sampled({"sme": table}, {"com=5mm": table.tail(2), "weight=5%": table.head(1)}, check)
-    found = summarise(UncertainOptions(), sampled, {})
+    found = summarise(Uncertain().uncertain, sampled, {})
     (row,) = found.rows
     right = pytest.approx(2 / 3)
     assert (row.plan.value, row.likeliest.value, row.unjudged, row.lost) == (right, right, 1, 64)

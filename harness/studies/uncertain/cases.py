@@ -12,11 +12,7 @@ import numpy as np
 from steadyload.layouts.model.layout import Layout
 from steadyload.methods.contract.method import Method, judge
 from steadyload.methods.registry import make_method
-from steadyload.methods.uncertainty import (
-    dimensions,
-    judge_deviated,
-    parse_uncertainty,
-)
+from steadyload.methods.uncertainty import dimensions, judge_deviated, parse_uncertainty
 from steadyload.runs.asked import AskedCases, asked
 from steadyload.runs.verdict_reliability import (
     Sampling,

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from operator import attrgetter
-from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.benchmark.dataset import KEYS
@@ -32,18 +30,16 @@ from steadyload.runs.comparison import difference
 from steadyload.runs.costs import CostKind, CostSource
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import mean, ratio, share
-from steadyload.statistics.reliability import Abstention, Reliability, abstention, reliability
-from steadyload.studies.reliability import (
-    Abstaining,
-    Bin,
-    Calibrated,
-    abstaining,
-    calibrated,
+from steadyload.statistics.reliability import abstention, reliability
+from steadyload.studies.reliability import Abstaining, Bin, Calibrated, abstaining, calibrated
+from steadyload.studies.uncertain.sampling import (
+    ALONE_METHOD,
+    CHECK,
+    PART,
+    RANDOM,
+    SAMPLING,
+    Sampled,
 )
-from steadyload.studies.uncertain.sampling import CHECK, Sampled, UncertainOptions
-
-STANDS = "the load stands"
-"""What a probability is of, beside the likeliest failing step."""
 
 FEW = 10
 """Smallest number of cases of which a mean is shown."""
@@ -183,130 +179,120 @@ class Found:
         return [one for own in self.calibrated for one in own.bins]
 
 
-def summarise(asked: UncertainOptions, sampled: Sampled, made_with: Mapping[str, str]) -> Found:
-    """The records of a run, compared with the labels of the set that comes with the package."""
+def summarise(uncertain: str, sampled: Sampled, made_with: Mapping[str, str]) -> Found:
+    """The records of a run, compared with the labels of the set that comes with the package.
+
+    Args:
+        uncertain: the deviating quantities, as :func:`parse_uncertainty` reads them.
+        sampled: the samples.
+        made_with: provenance of the samples.
+    """
     benchmark = load_benchmark()
     labels = benchmark.cases.set_index(KEYS)[["instance", "failing_step", "item_count"]]
     labels = labels.join(benchmark.confidence["robust"])
-    every = {spec: _Cases(table, labels) for spec, table in sampled.methods.items()}
-    heard = {spec: cases for spec, cases in every.items() if cases.judged.any()}
-    given = {spec: cases.calibrations() for spec, cases in heard.items()}
-    titles = {spec: method_key(make_method(spec)).title for spec in every}
+    keys = {spec: method_key(make_method(spec)) for spec in (*sampled.methods, ALONE_METHOD, CHECK)}
+    every = {keys[spec]: _Cases(table, labels) for spec, table in sampled.methods.items()}
+    heard = {key: cases for key, cases in every.items() if cases.judged.any()}
+    given = [row for key, cases in heard.items() for row in cases.calibrated(key.title)]
     check = None
     if len(sampled.check):
-        check = _check(asked, _Cases(sampled.check, labels))
+        check = _check(keys[CHECK], _Cases(sampled.check, labels))
     return Found(
-        part=str(asked.part),
-        uncertainty=str(parse_uncertainty(asked.uncertainty)),
-        half_width=asked.sampling.half_width,
-        most=asked.sampling.looks[-1],
-        item_lists=len({name for cases in every.values() for name in cases.instances}),
-        rows=[_row(spec, cases, given[spec][STANDS].brier) for spec, cases in heard.items()],
-        silent=[title for spec, title in titles.items() if spec not in heard],
-        alone_method=method_key(make_method(asked.alone_method)),
+        part=str(PART),
+        uncertainty=str(parse_uncertainty(uncertain)),
+        half_width=SAMPLING.half_width,
+        most=SAMPLING.looks[-1],
+        item_lists=len({name for cases in every.values() for name in cases.lists}),
+        rows=[_row(key, cases) for key, cases in heard.items()],
+        silent=[key.title for key in every if key not in heard],
+        alone_method=keys[ALONE_METHOD],
         alone=[_alone(what, _Cases(table, labels)) for what, table in sampled.alone.items()],
-        calibrated=[
-            calibrated(titles[spec], kind, found)
-            for spec, kinds in given.items()
-            for kind, found in kinds.items()
-        ],
-        abstaining=[abstaining(titles[spec], cases.abstention()) for spec, cases in heard.items()],
+        calibrated=given,
+        abstaining=[cases.abstaining(key.title) for key, cases in heard.items()],
         check=check,
         made_with=made_with,
     )
 
 
-@dataclass(frozen=True, slots=True)
-class _Answer:
-    """Result of the samples of one case: shares of those with a verdict; empty without any."""
-
-    stands: float
-    likeliest: float
-    sure: float
-    changed: float
-
-
 class _Cases:
-    """A table of :class:`Sampled` with the labels of its cases."""
+    """A table of :class:`Sampled` with the labels of its cases, a value a case.
+
+    Attributes:
+        lists: item lists.
+        judged: whether a sample has a verdict; of the others the next four are not a number.
+        stands, sure, changed: shares of samples that stand, that have the likeliest failing step,
+            and that have another one than the plan.
+        plan_right, right: whether the plan's failing step, and the likeliest one, is the label's.
+    """
 
     def __init__(self, table: pd.DataFrame, labels: pd.DataFrame) -> None:
-        self.table = table
-        self.labels = labels.loc[pd.MultiIndex.from_frame(table[KEYS])]
-        self.instances: NDArray[Any] = self.labels["instance"].to_numpy()
-        self.stable: NDArray[np.bool_] = self.labels["failing_step"].isna().to_numpy()
-        self.robust: NDArray[np.bool_] = self.labels["robust"].fillna(False).to_numpy(bool)
-        self.fragile: NDArray[np.bool_] = ~self.labels["robust"].fillna(True).to_numpy(bool)
-        self.plan: NDArray[np.int64] = table["nominal"].fillna(-1).astype(int).to_numpy()
-        self.items: NDArray[np.int64] = table["item_count"].to_numpy()
-        answers = [
-            _answer(dict(safe), plan, count)
-            for safe, plan, count in zip(table["safe"], self.plan, self.items, strict=True)
+        own = labels.loc[pd.MultiIndex.from_frame(table[KEYS])]
+        plan = table["nominal"].fillna(-1).astype(int)
+        said = [
+            _shares(dict(safe), *of)
+            for safe, *of in zip(table["safe"], plan, table["item_count"], strict=True)
         ]
-        self.judged = np.array([answer is not None for answer in answers])
-        given = [answer or _Answer(np.nan, np.nan, np.nan, np.nan) for answer in answers]
-        self.stands = np.array([answer.stands for answer in given])
-        self.likeliest = np.array([answer.likeliest for answer in given])
-        self.sure = np.array([answer.sure for answer in given])
-        self.changed = np.array([answer.changed for answer in given])
+        self.stands, likeliest, self.sure, self.changed = np.array(said).T
+        self.table = table
+        self.lists = own["instance"].to_numpy()
+        self.stable = own["failing_step"].isna().to_numpy()
+        self.judged = ~np.isnan(self.sure)
+        self.robust = self.judged & own["robust"].fillna(False).to_numpy(bool)
+        self.fragile = self.judged & ~own["robust"].fillna(True).to_numpy(bool)
+        self.plan_stands = (plan == table["item_count"]).to_numpy(float)
+        self.plan_right, self.right = (
+            verdicts_against_labels(pd.Series(safe), own)["right"].to_numpy(bool)
+            for safe in (table["nominal"], likeliest)
+        )
+        self.unsure = (self.stands >= UNSURE[0]) & (self.stands <= UNSURE[1])
 
-    def right(self, safe: ArrayLike) -> NDArray[np.bool_]:
-        """Mask of the cases on which a number of items placed safely, if any, is the label's."""
-        compared = verdicts_against_labels(pd.Series(safe), self.labels)
-        return compared["right"].to_numpy(bool)
-
-    def likeliest_right(self) -> NDArray[np.bool_]:
-        """Mask of the cases on which the likeliest failing step is the label's."""
-        return self.right(self.likeliest)
-
-    def calibrations(self) -> dict[str, Reliability]:
+    def calibrated(self, judge: str) -> list[Calibrated]:
         """Calibration of the probabilities that samples give, of those with a result."""
-        here, right = self.judged, self.likeliest_right()
-        lists = self.instances[here]
-        return {
-            STANDS: reliability(self.stands[here], self.stable[here], lists, _BINS),
-            "the likeliest step is right": reliability(self.sure[here], right[here], lists, _BINS),
+        of = {
+            "the load stands": (self.stands, self.stable),
+            "the likeliest step is right": (self.sure, self.right),
         }
+        here = self.judged
+        return [
+            calibrated(judge, kind, reliability(p[here], true[here], self.lists[here], _BINS))
+            for kind, (p, true) in of.items()
+        ]
 
-    def abstention(self) -> Abstention:
+    def abstaining(self, judge: str) -> Abstaining:
         """Accuracy without the cases whose likeliest step has the smallest share."""
         here = self.judged
-        return abstention(self.sure[here], self.likeliest_right()[here], self.instances[here])
-
-    def unsure(self) -> NDArray[np.bool_]:
-        """Mask of the unsure cases, of those with a result."""
-        return (self.stands >= UNSURE[0]) & (self.stands <= UNSURE[1])
+        return abstaining(judge, abstention(self.sure[here], self.right[here], self.lists[here]))
 
 
-def _answer(safe: dict[int, int], plan: int, count: int) -> _Answer | None:
+def _shares(safe: dict[int, int], plan: int, count: int) -> tuple[float, float, float, float]:
+    """Of samples: the share that stands, the likeliest number of items placed safely, its share,
+    and the share with another one than the plan; not a number without a verdict.
+    """
     total = sum(safe.values())
     if not total:
-        return None
+        return np.nan, np.nan, np.nan, np.nan
     likeliest = max(sorted(safe), key=lambda step: safe[step])
-    return _Answer(
-        stands=safe.get(count, 0) / total,
-        likeliest=likeliest,
-        sure=safe[likeliest] / total,
-        changed=1.0 - safe.get(plan, 0) / total,
-    )
+    stands, sure, plans = (safe.get(step, 0) / total for step in (count, likeliest, plan))
+    return stands, likeliest, sure, 1.0 - plans
 
 
-def _row(spec: str, cases: _Cases, brier: Estimate) -> Judged:
-    lists, table = cases.instances, cases.table
-    judged = cases.judged
-    plan_right, right = cases.right(table["nominal"]), cases.likeliest_right()
-    plan_stands = (cases.plan == cases.items).astype(float)
-    robust, fragile = judged & cases.robust, judged & cases.fragile
+def _row(method: MethodKey, cases: _Cases) -> Judged:
+    lists, table, judged = cases.lists, cases.table, cases.judged
+
+    def squared(forecast: NDArray[np.float64]) -> Estimate:
+        return mean((forecast - cases.stable)[judged] ** 2, lists[judged])
+
     return Judged(
-        method=method_key(make_method(spec)),
-        plan=share(plan_right, lists),
-        likeliest=share(right, lists),
-        ahead=difference(right, plan_right, lists),
-        plan_brier=mean((plan_stands - cases.stable)[judged] ** 2, lists[judged]),
-        brier=brier,
-        unsure=share(cases.unsure()[judged], lists[judged]),
+        method=method,
+        plan=share(cases.plan_right, lists),
+        likeliest=share(cases.right, lists),
+        ahead=difference(cases.right, cases.plan_right, lists),
+        plan_brier=squared(cases.plan_stands),
+        brier=squared(cases.stands),
+        unsure=share(cases.unsure[judged], lists[judged]),
         changed=mean(cases.changed[judged], lists[judged]),
-        changed_robust=mean(cases.changed[robust], lists[robust]),
-        changed_fragile=mean(cases.changed[fragile], lists[fragile]),
+        changed_robust=mean(cases.changed[cases.robust], lists[cases.robust]),
+        changed_fragile=mean(cases.changed[cases.fragile], lists[cases.fragile]),
         samples=mean(table["samples"], lists),
         plan_cpu=mean(1e3 * table["nominal_cpu"], lists),
         cpu=mean(1e3 * table["cpu"], lists),
@@ -318,12 +304,11 @@ def _row(spec: str, cases: _Cases, brier: Estimate) -> Judged:
 
 def _alone(what: str, cases: _Cases) -> Alone:
     judged = cases.judged
-    lists = cases.instances[judged]
-    return Alone(what, mean(cases.changed[judged], lists), share(cases.unsure()[judged], lists))
+    lists = cases.lists[judged]
+    return Alone(what, mean(cases.changed[judged], lists), share(cases.unsure[judged], lists))
 
 
-def _check(asked: UncertainOptions, cases: _Cases) -> Check:
-    table = cases.table
+def _check(method: MethodKey, cases: _Cases) -> Check:
     rows = [
         Checked(
             layout=r.layout,
@@ -333,13 +318,13 @@ def _check(asked: UncertainOptions, cases: _Cases) -> Check:
             random=r.random,
             inside=r.low <= r.random <= r.high,
         )
-        for r, s in zip(table.itertuples(), cases.stands, strict=True)
+        for r, s in zip(cases.table.itertuples(), cases.stands, strict=True)
     ]
-    spread = cases.stands * (1.0 - cases.stands) / table["samples"]
+    spread = cases.stands * (1.0 - cases.stands) / cases.table["samples"]
     return Check(
-        method=method_key(make_method(CHECK)),
-        random=asked.random,
-        inside=share([row.inside for row in rows], cases.instances),
-        gain=ratio(spread, table["variance"], cases.instances),
+        method=method,
+        random=RANDOM,
+        inside=share([row.inside for row in rows], cases.lists),
+        gain=ratio(spread, cases.table["variance"], cases.lists),
         rows=rows,
     )
