@@ -12,6 +12,7 @@ from steadyload.layouts.model.layout import Item, Layout, Pallet
 from steadyload.layouts.model.question import Question
 from steadyload.reports.table import decimal, percent
 from steadyload.runs.definition import StudyError
+from steadyload.studies.kit import Lab
 from steadyload.studies.transport import limits_of_loads as module
 from steadyload.studies.transport.comparing import Loads, compare
 from steadyload.studies.transport.limits_of_loads import (
@@ -78,12 +79,16 @@ def test_loads_of_real_size_are_asked_of_engines_that_no_cheaper_one_beats():
 def test_limits_are_kept_and_an_unknown_engine_is_refused(tmp_path, monkeypatch):
     known = module.fixed_step_engines
     monkeypatch.setattr(module, "fixed_step_engines", lambda names=("mujoco",): known(names))
-    asked = {"loads": 1, "small": 1, "referenced": 0, "directions": 1, "work": tmp_path}
+
+    def find(engine):
+        few = {"loads": 1, "small": 1, "referenced": 0, "directions": 1}
+        return limits_of_loads(Lab(tmp_path, 0), **few, engines=[engine])
+
     with pytest.raises(StudyError, match="did you mean 'mujoco'"):
-        limits_of_loads(engines=["mujocco"], **asked)
-    found = limits_of_loads(engines=["mujoco"], workers=0, **asked)
+        find("mujocco")
+    found = find("mujoco")
     shards = {path.name: path.stat().st_mtime_ns for path in (tmp_path / "limits").iterdir()}
-    again = limits_of_loads(engines=["mujoco"], workers=0, **asked)
+    again = find("mujoco")
     assert found.rows.drop(columns="cpu_ms").equals(again.rows.drop(columns="cpu_ms"))
     assert {p.name: p.stat().st_mtime_ns for p in (tmp_path / "limits").iterdir()} == shards
     assert {EXACT, RUBBING, WHOLE, REFERENCE, "label@mujoco"} <= set(found.rows["method"])

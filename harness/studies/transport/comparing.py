@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from operator import attrgetter
 from typing import Any
 
-import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from steadyload.layouts.benchmark import REAL
 from steadyload.layouts.benchmark.dataset import LISTS
@@ -50,13 +50,20 @@ def _g(estimate: Estimate | None) -> str:
     return decimal(estimate, 3)
 
 
-def _basis(method: MethodKey) -> str:
-    """Simulation, or which other method: dashes of lines show it."""
-    return "simulation" if method.engine else method.title
+class _OfMethod:
+    """Base of rows of a method."""
+
+    __slots__ = ()
+    method: MethodKey
+
+    @property
+    def basis(self) -> str:
+        """Simulation, or which other method: dashes of lines show it."""
+        return "simulation" if self.method.engine else self.method.title
 
 
 @row
-class Distance:
+class Distance(_OfMethod):
     """Limits of a method beside those of another one, on the same loads and directions.
 
     ``apart``: mean distance. ``differences``: sorted, for the chart.
@@ -71,11 +78,6 @@ class Distance:
     apart: Estimate
     loads: int
     differences: Sequence[float]
-
-    @property
-    def basis(self) -> str:
-        """See :func:`_basis`."""
-        return _basis(self.method)
 
 
 @row
@@ -100,17 +102,12 @@ class Rising:
 
 
 @row
-class Around:
+class Around(_OfMethod):
     """The limit of a load by a method in one direction [degrees]."""
 
     method: MethodKey
     direction: float
     limit_g: float
-
-    @property
-    def basis(self) -> str:
-        """See :func:`_basis`."""
-        return _basis(self.method)
 
 
 @row
@@ -142,18 +139,6 @@ class Loads:
 
 
 @row
-class Rule:
-    """The rule by which a load holds, and the resolution of limits [cm, degrees, s, g]."""
-
-    friction: float = FRICTION
-    displacement: float = DISPLACEMENT
-    rotation: float = ROTATION
-    seconds: float = HELD
-    resolution: float = RESOLUTION
-    close: float = CLOSE
-
-
-@row
 class Found:
     """Results of the study.
 
@@ -179,7 +164,12 @@ class Found:
     without: Mapping[str, int]
     drawn: Sequence[Drawn]
     made_with: Mapping[str, str]
-    rule: Rule = Rule()
+    friction: float = FRICTION
+    displacement_cm: float = DISPLACEMENT
+    rotation_deg: float = ROTATION
+    seconds: float = HELD
+    resolution_g: float = RESOLUTION
+    close_g: float = CLOSE
 
     @property
     def distances(self) -> Mapping[str, Sequence[Distance]]:
@@ -239,10 +229,9 @@ def compare(found: LoadLimits, made_with: Mapping[str, str]) -> Found:
     steady, leaning = rows[planned], rows[~planned]
     engines = [m for m in dict.fromkeys(rows["method"]) if "@" in m and m != REFERENCE]
     small = [EXACT, RUBBING, WHOLE, *engines]
-    of_real = rows[rows["of"] == REAL]
-    asked = [m for m in engines if m in set(of_real["method"])]
+    asked = [m for m in engines if m in set(rows.loc[rows["of"] == REAL, "method"])]
     first, *others = asked
-    referenced = of_real.loc[of_real["method"] == REFERENCE, "load"].unique()
+    steady_real, leaning_real = (each[each["of"] == REAL] for each in (steady, leaning))
     without = rows[rows["limit_g"].isna()].groupby("method").size().to_dict()
     small_loads, real_loads = (
         _loads(found.loads[of], sum(name == of for name, _ in falls)) for of in (LISTS, REAL)
@@ -253,9 +242,9 @@ def compare(found: LoadLimits, made_with: Mapping[str, str]) -> Found:
         directions=rows["direction_deg"].nunique(),
         small=_distances(steady[steady["of"] == LISTS], small, REFERENCE),
         leaning=_distances(leaning[leaning["of"] == LISTS], [WHOLE, *engines], REFERENCE),
-        real=_distances(_of(steady, REAL, referenced), [EXACT, RUBBING, WHOLE, *asked], REFERENCE),
-        real_leaning=_distances(_of(leaning, REAL, referenced), [WHOLE, *asked], REFERENCE),
-        engines=_distances(steady[steady["of"] == REAL], [EXACT, RUBBING, WHOLE, *others], first),
+        real=_distances(steady_real, [EXACT, RUBBING, WHOLE, *asked], REFERENCE),
+        real_leaning=_distances(leaning_real, [WHOLE, *asked], REFERENCE),
+        engines=_distances(steady_real, [EXACT, RUBBING, WHOLE, *others], first),
         against=_key(first).title,
         holding=[
             _holding(steady, of, method)
@@ -267,7 +256,7 @@ def compare(found: LoadLimits, made_with: Mapping[str, str]) -> Found:
         ],
         rises=_rises(rows[rows["of"] == LISTS]),
         without={_named(spec): n for spec, n in without.items()},
-        drawn=_drawn(found.loads[REAL], steady[steady["of"] == REAL], [*asked, EXACT, WHOLE]),
+        drawn=_drawn(found.loads[REAL], steady_real, [*asked, EXACT, WHOLE]),
         made_with=made_with,
     )
 
@@ -276,10 +265,6 @@ def _loads(loads: Sequence[Load], falling: int) -> Loads:
     boxes = [len(one.layout) for one in loads]
     lists = {one.item_list for one in loads}
     return Loads(len(loads), len(loads) - falling, len(lists), min(boxes), max(boxes))
-
-
-def _of(rows: pd.DataFrame, of: str, loads: Collection[int]) -> pd.DataFrame:
-    return rows[(rows["of"] == of) & rows["load"].isin(loads)]
 
 
 _SIDES = {EXACT: "Equilibrium", RUBBING: "Equilibrium, side faces rub"}
@@ -301,34 +286,41 @@ def _named(spec: str) -> str:
 _PLACE = ["of", "load", "item_list", "direction_deg"]
 
 
-def _wide(rows: pd.DataFrame, value: str) -> pd.DataFrame:
-    still = rows[rows["rise"] == 0.0]
-    return still.pivot_table(value, _PLACE, "method", aggfunc="first", dropna=False)
+def _wide(rows: pd.DataFrame, value: str, by: str) -> pd.DataFrame:
+    return rows.pivot_table(value, _PLACE, by, aggfunc="first", dropna=False)
+
+
+def _item_lists(rows: pd.DataFrame | pd.Series) -> NDArray[Any]:
+    return rows.index.get_level_values("item_list").to_numpy()
+
+
+def _apart(limits: pd.DataFrame, one: Any, other: Any) -> pd.Series:
+    """Limits of one column less those of another, where both have one."""
+    both = limits[[one, other]].dropna()
+    return both[one] - both[other]
 
 
 def _distances(rows: pd.DataFrame, methods: Sequence[str], other: str) -> list[Distance]:
     """Distances of methods from another one, where both have a limit."""
     if other not in set(rows["method"]):
         return []
-    limits, times = _wide(rows, "limit_g"), _wide(rows, "cpu_ms")
+    still = rows[rows["rise"] == 0.0]
+    limits, times = _wide(still, "limit_g", "method"), _wide(still, "cpu_ms", "method")
     found = []
-    for method in methods:
-        if method not in limits:
-            continue
-        both = limits[[method, other]].dropna()
-        lists = both.index.get_level_values("item_list").to_numpy()
-        differences = (both[method] - both[other]).to_numpy()
+    for method in filter(limits.__contains__, methods):
+        apart = _apart(limits, method, other)
+        lists = _item_lists(apart)
         found.append(
             Distance(
                 method=_key(method),
-                n=len(differences),
-                difference=mean(differences, lists),
-                above=share(differences > CLOSE, lists),
-                below=share(differences < -CLOSE, lists),
-                cpu=NOTHING if method == WHOLE else mean(times.loc[both.index, method], lists),
-                apart=mean(np.abs(differences), lists),
-                loads=len(both.index.droplevel(["item_list", "direction_deg"]).unique()),
-                differences=np.sort(differences).tolist(),
+                n=len(apart),
+                difference=mean(apart, lists),
+                above=share(apart > CLOSE, lists),
+                below=share(apart < -CLOSE, lists),
+                cpu=NOTHING if method == WHOLE else mean(times.loc[apart.index, method], lists),
+                apart=mean(apart.abs(), lists),
+                loads=len(apart.index.droplevel(["item_list", "direction_deg"]).unique()),
+                differences=sorted(apart.tolist()),
             )
         )
     return found
@@ -338,7 +330,7 @@ def _holding(rows: pd.DataFrame, of: str, method: str, friction: float = FRICTIO
     own = rows[(rows["of"] == of) & (rows["method"] == method) & (rows["rise"] == 0.0)]
     weakest = own.groupby(["load", "item_list"])["limit_g"].agg(lambda v: v.min(skipna=False))
     weakest = weakest.dropna()
-    lists = weakest.index.get_level_values("item_list").to_numpy()
+    lists = _item_lists(weakest)
     moving = own[own["mode"].isin([Mode.SLIDES, Mode.TIPS])]
     tips = share(moving["mode"] == Mode.TIPS, moving["item_list"])
     return Holding(
@@ -352,48 +344,36 @@ def _holding(rows: pd.DataFrame, of: str, method: str, friction: float = FRICTIO
 
 
 def _rises(rows: pd.DataFrame) -> list[Rising]:
-    own = rows[rows["method"] == RISING]
-    wide = own.pivot_table("limit_g", _PLACE, "rise", dropna=False)
-    found = []
-    for rise in RISES:
-        if rise and rise in wide:
-            both = wide[[0.0, rise]].dropna()
-            lists = both.index.get_level_values("item_list").to_numpy()
-            found.append(Rising(_key(RISING), rise, mean(both[rise] - both[0.0], lists)))
-    return found
+    limits = _wide(rows[rows["method"] == RISING], "limit_g", "rise")
+    apart = {rise: _apart(limits, rise, 0.0) for rise in RISES if rise and rise in limits}
+    return [Rising(_key(RISING), rise, mean(own, _item_lists(own))) for rise, own in apart.items()]
 
 
 def _drawn(loads: Sequence[Load], rows: pd.DataFrame, methods: Sequence[str]) -> list[Drawn]:
-    exact = rows[rows["method"] == EXACT]
-    weakest = exact.groupby("load")["limit_g"].min().sort_values(kind="stable")
-    if weakest.empty:
-        return []
-    places = dict.fromkeys(round(q * (len(weakest) - 1)) for q in _SHOWN)
-    return [_of_load(loads, rows, methods, int(weakest.index[place])) for place in places]
+    exact = rows[rows["method"] == EXACT].dropna(subset="limit_g")
+    weakest = exact.loc[exact.groupby("load")["limit_g"].idxmin()]
+    weakest = weakest.sort_values("limit_g", kind="stable")
+    places = dict.fromkeys(round(q * (len(weakest) - 1)) for q in _SHOWN if len(weakest))
+    still = rows[rows["rise"] == 0.0].groupby(["load", "method"])
+    return [
+        Drawn(
+            load=loads[worst.load].name,
+            layout=loads[worst.load].layout,
+            limits=[
+                Around(_key(method), direction, limit)
+                for method in methods
+                for direction, limit in _closed(still.get_group((worst.load, method)))
+            ],
+            weakest=float(worst.limit_g),
+            moved_item=int(worst.moved_item),
+            mode=Mode(worst.mode),
+        )
+        for worst in weakest.iloc[list(places)].itertuples()
+    ]
 
 
-def _of_load(
-    loads: Sequence[Load], rows: pd.DataFrame, methods: Sequence[str], place: int
-) -> Drawn:
-    own = rows[(rows["load"] == place) & (rows["rise"] == 0.0)]
-    by_method: dict[str, Any] = {m: own[own["method"] == m] for m in methods}
-    exact = by_method[EXACT]
-    worst = exact.loc[exact["limit_g"].idxmin()]
-    return Drawn(
-        load=loads[place].name,
-        layout=loads[place].layout,
-        limits=[
-            Around(_key(method), direction, limit)
-            for method, one in by_method.items()
-            for direction, limit in _closed(exact["direction_deg"], one["limit_g"])
-        ],
-        weakest=float(worst["limit_g"]),
-        moved_item=int(worst["moved_item"]),
-        mode=Mode(worst["mode"]),
-    )
-
-
-def _closed(directions: pd.Series, limits: pd.Series) -> list[tuple[float, float]]:
+def _closed(limits: pd.DataFrame) -> list[tuple[float, float]]:
     """Directions [degrees] with their limits [g], the first one again after a whole turn."""
-    found = list(zip(map(float, directions), map(float, limits), strict=True))
+    pairs = zip(limits["direction_deg"], limits["limit_g"], strict=True)
+    found = [(float(direction), float(limit)) for direction, limit in pairs]
     return [*found, (found[0][0] + 360.0, found[0][1])]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
-from pathlib import Path
 from typing import Any
 
 import pandas as pd
@@ -18,12 +17,12 @@ from steadyload.layouts.model.question import Question
 from steadyload.methods.contract.spec import parse_spec
 from steadyload.methods.registry import make_method
 from steadyload.methods.tuned import TUNED
-from steadyload.progress import NamedProgress, silent
 from steadyload.runs.able import fixed_step_engines
-from steadyload.runs.asked import Asked, asked, measured
-from steadyload.runs.pool import Executor, PartLimit
+from steadyload.runs.asked import measured
+from steadyload.runs.pool import PartLimit
 from steadyload.runs.provenance import made_by
 from steadyload.runs.store import JSON, Store, locked
+from steadyload.studies.kit import Asked, Lab, asked
 from steadyload.transport.limits import EXACT, VERSION, Limit, around, limits
 from steadyload.transport.whole_load import whole_load_limit
 
@@ -122,11 +121,10 @@ def standing_loads(of: str, count: int) -> list[Load]:
     cases = cases[cases["failing_step"].isna()]
     again = cases.duplicated("layout")
     chosen = pd.concat([cases[~again], cases[again]]).head(count)
+    names = chosen[["layout", "scenario", "instance"]].itertuples(index=False)
     return [
         Load(of, f"{name} {scenario}", benchmark.layout(name, scenario), item_list)
-        for name, scenario, item_list in zip(
-            chosen["layout"], chosen["scenario"], chosen["instance"], strict=True
-        )
+        for name, scenario, item_list in names
     ]
 
 
@@ -146,77 +144,64 @@ def engines_on_the_front() -> tuple[str, ...]:
 
 
 def limits_of_loads(
+    lab: Lab,
+    *,
     loads: int,
     small: int,
     referenced: int,
     directions: int,
     engines: Sequence[str],
-    work: Path,
-    *,
-    workers: int | Executor = 1,
-    progress: NamedProgress = silent,
 ) -> LoadLimits:
-    """Find the missing limits, and return all.
-
-    Args:
-        loads: number of loads of real size.
-        small: number of loads of the set of many item lists.
-        referenced: number of loads of real size that the reference is asked of, too.
-        directions: around a load.
-        engines: for loads of real size; empty for :func:`engines_on_the_front`.
-        work: folder of the shards.
-        workers: see :func:`steadyload.runs.store.Store.complete`.
-        progress: called with what is done, units done and units in all.
+    """Find the missing limits by the options of the study, and return all.
 
     Raises:
         StudyError: no such engine.
-        FrontError: none is named, and none is to be recommended here.
+        FrontError: no engine is named, and none is to be recommended here.
         ResultsError: another run is at work in the folder.
     """
-    here = fixed_step_engines()
-    real_engines = fixed_step_engines(engines or engines_on_the_front())
+    here = {
+        LISTS: fixed_step_engines(),
+        REAL: fixed_step_engines(engines or engines_on_the_front()),
+    }
     found = {LISTS: standing_loads(LISTS, small), REAL: standing_loads(REAL, loads)}
     statics = list(dict.fromkeys([EXACT, RUBBING, *map(exact_at, FRICTIONS)]))
-    asked: list[tuple[Load, str, float]] = []
-    for of, names in ((LISTS, here), (REAL, real_engines)):
-        methods = [*statics, *(f"label@{name}" for name in names)]
-        asked += [(load, method, 0.0) for method in methods for load in found[of]]
-    asked += [(load, REFERENCE, 0.0) for load in found[LISTS]]
+    asked_of = [
+        (load, method, 0.0)
+        for of, own in found.items()
+        for method in (*statics, *(f"label@{name}" for name in here[of]))
+        for load in own
+    ]
     fewest = sorted(found[REAL], key=lambda load: len(load.layout))[:referenced]
-    asked += [(load, REFERENCE, 0.0) for load in fewest]
-    asked += [(load, RISING, rise) for rise in RISES if rise for load in found[LISTS]]
-    made = {method: made_by(make_method(method)) for _, method, _ in asked}
+    asked_of += [(load, REFERENCE, 0.0) for load in (*found[LISTS], *fewest)]
+    asked_of += [(load, RISING, rise) for rise in RISES if rise for load in found[LISTS]]
+    made = {method: made_by(make_method(method)) for _, method, _ in asked_of}
     ways = around(directions)
-    units = [LimitUnit(load, method, ways, rise, made[method]) for load, method, rise in asked]
-    with locked(work):
-        store: Store[Any, Any] = Store(work / "limits", JSON)
+    units = [LimitUnit(load, method, ways, rise, made[method]) for load, method, rise in asked_of]
+    with locked(lab.work):
+        store: Store[Any, Any] = Store(lab.work / "limits", JSON)
         store.complete(
             units,
             measured,
             crashed=_without,
             limit=PartLimit(_SECONDS, _without),
-            workers=workers,
-            progress=lambda *of: progress("limits", *of),
+            workers=lab.workers,
+            progress=lambda *of: lab.progress("limits", *of),
         )
     places = {id(load): place for own in found.values() for place, load in enumerate(own)}
+
+    def row(load: Load, method: str, rise: float, limit: Mapping[str, Any]) -> dict[str, Any]:
+        about = {"of": load.of, "load": places[id(load)], "item_list": load.item_list}
+        return {**about, "method": method, "rise": rise, **limit}
+
     rows = [
-        {**_about(unit.load, places), "method": unit.method, "rise": unit.rise, **limit}
+        row(unit.load, unit.method, unit.rise, limit)
         for unit in units
         for limit in store.read(unit.key)[0]
     ]
     rows += [
-        {
-            **_about(load, places),
-            "method": WHOLE,
-            "rise": 0.0,
-            **asdict(Limit(way, whole_load_limit(load.layout, FRICTION, way))),
-        }
+        row(load, WHOLE, 0.0, asdict(Limit(way, whole_load_limit(load.layout, FRICTION, way))))
         for own in found.values()
         for load in own
         for way in ways
     ]
     return LoadLimits(found, pd.DataFrame(rows))
-
-
-def _about(load: Load, places: Mapping[int, int]) -> dict[str, Any]:
-    return {"of": load.of, "load": places[id(load)], "item_list": load.item_list}

@@ -36,7 +36,4 @@ class Transport(Study["Found"]):
         from steadyload.studies.transport.limits_of_loads import limits_of_loads
 
         made_with = provenance_lines()
-        found = limits_of_loads(
-            **vars(self), work=lab.work, workers=lab.workers, progress=lab.progress
-        )
-        return compare(found, made_with)
+        return compare(limits_of_loads(lab, **vars(self)), made_with)
