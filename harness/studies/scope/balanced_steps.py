@@ -109,33 +109,35 @@ class BalancedSteps:
 def balanced_steps(benchmark: Benchmark) -> BalancedSteps:
     """The screened steps of all labelled cases of a set, in whatever split they are."""
     steps = steps_of(benchmark)
-    first = steps["before"]
-    balances = first & (steps["balance"] == str(Balance.BALANCES))
-    moved = steps[balances & (steps["beyond"] > FAR)].head(_EXCEPTIONS)
-    cases = benchmark.cases[benchmark.cases["status"] == "done"].set_index(KEYS)
-    held_all = balances.groupby([steps["layout"], steps["scenario"]]).agg(["sum", "all"])
+    first, far = steps["before"], steps["beyond"] > FAR
+    balances = steps["balance"] == str(Balance.BALANCES)
+    names = ["layout", "scenario", "step", "margin", "item", "screen", "reference"]
+    moved = steps.loc[first & balances & far, names].head(_EXCEPTIONS)
+    by_item = [steps[name] for name in (*KEYS, "item")]
+    moves_again = (~balances).groupby(by_item).cummax()[~first & balances & far]
+    held_all = (first & balances).groupby(by_item[:-1]).agg(["sum", "all"])
     complete = held_all[held_all["all"]]
-    whole = cases.loc[complete.index]
+    whole = _labelled(benchmark).loc[complete.index]
     whole = whole[complete["sum"].to_numpy() == whole["item_count"].to_numpy()]
     stands = benchmark.stands.set_index(KEYS)["failing_step"].reindex(whole.index)
     return BalancedSteps(
         steps=len(steps),
         cases=len(steps.groupby(KEYS)),
         instances=steps["instance"].nunique(),
-        first=list(_rows(steps[first])),
-        later=list(_rows(steps[~first])),
-        again=_moved_again(steps),
-        exceptions=[
-            MovedStep(row.layout, row.scenario, row.step, row.margin, row.item, row.screen,
-                      row.reference)
-            for row in moved.itertuples()
-        ],
+        first=_rows(steps[first]),
+        later=_rows(steps[~first]),
+        again=(int(moves_again.sum()), len(moves_again)),
+        exceptions=[MovedStep(*own) for own in moved.itertuples(index=False)],
         whole=len(whole),
         failing={
             "within": int(whole["failing_step"].notna().sum()),
             "stands": int(stands.notna().sum()),
         },
-    )  # fmt: skip
+    )
+
+
+def _labelled(benchmark: Benchmark) -> pd.DataFrame:
+    return benchmark.cases[benchmark.cases["status"] == "done"].set_index(KEYS)
 
 
 def steps_of(benchmark: Benchmark) -> pd.DataFrame:
@@ -146,9 +148,8 @@ def steps_of(benchmark: Benchmark) -> pd.DataFrame:
     was not asked.
     """
     screened = benchmark.screening.set_index(KEYS)
-    cases = benchmark.cases[benchmark.cases["status"] == "done"].set_index(KEYS)
     columns = ["instance", "margin", "moved", "screen", "reference"]
-    joined = cases[["instance", "margin", "moved"]].join(screened, how="inner")[columns]
+    joined = _labelled(benchmark)[columns[:3]].join(screened, how="inner")[columns]
     return pd.DataFrame(
         [step for row in joined.itertuples() for step in _steps(row)],
         columns=[
@@ -180,34 +181,22 @@ def balance_of(margin: float) -> Balance:
     return Balance.NARROW if margin > -SPARE else Balance.OUT
 
 
-def _rows(steps: pd.DataFrame) -> Iterator[BalanceRow]:
-    for balance in Balance:
-        own = steps[steps["balance"] == str(balance)]
-        yield BalanceRow(
+def _rows(steps: pd.DataFrame) -> list[BalanceRow]:
+    return [
+        BalanceRow(
             balance,
-            len(own),
-            len(own.groupby(KEYS)),
-            share(own["beyond"] > FAR, own["instance"]),
-            share(own["beyond"] > 1.0, own["instance"]),
-            _greatest(own["beyond"]),
-            int(own["reference"].notna().sum()),
-            _greatest(own["reference"]),
+            steps=len(own),
+            cases=len(own.groupby(KEYS)),
+            far=share(own["beyond"] > FAR, own["instance"]),
+            too_far=share(own["beyond"] > 1.0, own["instance"]),
+            most=_greatest(own["beyond"]),
+            asked=int(own["reference"].notna().sum()),
+            most_by_reference=_greatest(own["reference"]),
         )
+        for balance in Balance
+        for own in [steps[steps["balance"] == str(balance)]]
+    ]
 
 
 def _greatest(values: pd.Series) -> float | None:
     return float(values.max()) if values.notna().any() else None
-
-
-def _moved_again(steps: pd.DataFrame) -> tuple[int, int]:
-    """See :attr:`BalancedSteps.again`."""
-    again, of = 0, 0
-    for _, case in steps.groupby(KEYS):
-        known: set[int] = set()
-        for step in case.itertuples():
-            if step.balance != str(Balance.BALANCES):
-                known.add(step.item)
-            elif not step.before and step.beyond > FAR:
-                of += 1
-                again += step.item in known
-    return again, of

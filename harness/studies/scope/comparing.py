@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from steadyload.layouts.benchmark import Benchmark, BenchmarkError, Part
+from steadyload.layouts.benchmark import Benchmark, BenchmarkError, Part, load_benchmark
 from steadyload.layouts.model.question import Question
 from steadyload.methods.contract.method import Status
 from steadyload.methods.naming import MethodKey
@@ -165,48 +165,43 @@ class Found:
 
 def compare_options(
     lab: Lab,
-    benchmark: Benchmark,
-    chosen: pd.DataFrame,
     *,
+    benchmark: str,
+    most_items: int,
+    cases: int,
     standing_cases: int,
     seconds: float,
-    options: Sequence[str],
+    methods: Sequence[str],
 ) -> Found:
-    """Judge cases with all options, as far as that is missing, and compare verdicts and cost.
-
-    Args:
-        lab: where they are judged.
-        benchmark: the labelled set.
-        chosen: its cases, from :func:`drawn_cases`.
-        standing_cases: how many of them are judged for the question ``stands``.
-        seconds: CPU time that a verdict may take [s].
-        options: specs of simulations, of either question.
+    """Judge cases by the options of the study, as far as that is missing, and compare them.
 
     Raises:
-        BenchmarkError: an option is no simulation.
+        BenchmarkError: no such set, it has no case to be drawn, or an option is no simulation.
         ResultsError: the folder holds something else.
     """
-    found = {}
-    for question, specs in by_question(options).items():
-        # Ranks of the cases drawn count within scenarios, and scenarios take turns.
-        scenarios = chosen["scenario"].nunique()
-        limit = -(-standing_cases // scenarios) if question is Question.STANDS else None
-        found[question] = lab.judge(
+    labelled = load_benchmark(benchmark)
+    chosen = drawn_cases(labelled, most_items, cases)
+    # Ranks of the cases drawn count within scenarios, and scenarios take turns.
+    standing = -(-standing_cases // chosen["scenario"].nunique())
+    found = {
+        question: lab.judge(
             specs,
-            Cases(benchmark.drawn(chosen), limit=limit),
+            Cases(labelled.drawn(chosen), limit=standing if question is Question.STANDS else None),
             timeout=seconds,
             folder=str(question),
             name=f"scope-{question}",
             shard_size=_SHARD,
             costs=CostKind.ONE_PROCESS,
         )
+        for question, specs in by_question(methods or OPTIONS).items()
+    }
     return Found(
         tables={question: options_of(own, question) for question, own in found.items()},
-        steps=balanced_steps(benchmark),
+        steps=balanced_steps(labelled),
         sources=dict(sorted(Counter(chosen["source"]).items())),
         boxes=(int(chosen["item_count"].min()), int(chosen["item_count"].max())),
-        label=str(benchmark.manifest.get("label", "")),
-        screen=str(benchmark.manifest.get("screen", "")),
+        label=str(labelled.manifest.get("label", "")),
+        screen=str(labelled.manifest.get("screen", "")),
         costs=next(iter(found.values())).cost_source.explained(),
         made_with=_made_with({question: own.judged for question, own in found.items()}),
     )
@@ -295,9 +290,9 @@ def options_of(found: Evaluation, question: Question) -> Options:
     )
     (overall,) = same.slices(np.zeros(len(ended)))
     boxes = size_groups(of_whole["item_count"].tolist())
+    titles = [f"{least} to {most}" if least < most else str(least) for least, most in boxes]
     places = np.searchsorted([most for _, most in boxes], of_whole["item_count"])
     by_boxes = same.slices(places)
-    titles = [f"{least} to {most}" if least < most else str(least) for least, most in boxes]
 
     def option(spec: str) -> Option:
         key, own, row = judged.keys[spec], verdicts[spec], found.row(spec)

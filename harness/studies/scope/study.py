@@ -35,15 +35,6 @@ class Scope(Study["Found"]):
 
     def run(self, lab: Lab) -> Found:
         """Cases of real size, judged with the whole pile and with parts of it left out."""
-        from steadyload.layouts.benchmark import load_benchmark
-        from steadyload.studies.scope.comparing import OPTIONS, compare_options, drawn_cases
+        from steadyload.studies.scope.comparing import compare_options
 
-        benchmark = load_benchmark(self.benchmark)
-        return compare_options(
-            lab,
-            benchmark,
-            drawn_cases(benchmark, self.most_items, self.cases),
-            standing_cases=self.standing_cases,
-            seconds=self.seconds,
-            options=self.methods or OPTIONS,
-        )
+        return compare_options(lab, **vars(self))
