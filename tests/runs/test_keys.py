@@ -168,12 +168,12 @@ def property_units():
     asked = next(iter(PROPERTIES.values()))
     also = next(each for each in PROPERTIES.values() if each is not asked)
     always = [replace(each, applies=lambda subject: True) for each in (asked, also)]
-    study = properties.PropertyStudy(("sme",), (always[0],), 20, 0)
     one = MethodUnderTest("sme")
-    yield "", next(properties._units(one, study))
-    yield "method", next(properties._units(MethodUnderTest("fbs"), study))
-    for name, value in {"properties": (always[1],), "examples": 30, "seed": 1}.items():
-        yield name, next(properties._units(one, replace(study, **{name: value})))
+    first, other = properties.units_of(one, always, 20, 0)
+    yield "", first
+    yield "properties", other
+    yield "method", properties.units_of(MethodUnderTest("fbs"), always, 20, 0)[0]
+    yield from varied(first)
 
 
 def item_lists():
@@ -277,7 +277,7 @@ OTHERS = {"uncertainty": "position=3mm", "half_width": 0.1, "decide": 0.25, "mos
 MADE_WITH_KEY = {
     "units.Unit": study_cases,
     "generation.ListUnit": item_lists,
-    "testing._Unit": property_units,
+    "testing.PropertyUnit": property_units,
     "tested.NetworkTraining": network_trainings,
 }
 """Units that are made with their key: a first one, and others with one thing changed."""
@@ -420,7 +420,7 @@ def differs(one, other, field):
 
 CONSTANTS = {
     "units.Unit": [(units, "SCHEMA_VERSION")],
-    "testing._Unit": [(properties, "VERSION")],
+    "testing.PropertyUnit": [(properties, "VERSION")],
     "tested.NetworkTraining": [(tested, "VERSION")],
 }
 """What a key holds besides the fields of its unit."""

@@ -29,7 +29,6 @@ from steadyload.studies.properties.outcomes import Standing
 from steadyload.studies.properties.study import Properties
 from steadyload.studies.properties.testing import (
     OUTCOMES,
-    PropertyStudy,
     methods_on,
     run_properties,
 )
@@ -38,7 +37,11 @@ pytestmark = pytest.mark.usefixtures("file_in_this_process")
 
 
 def run(asked, work, progress=silent):
-    return run_properties(Lab(work, IN_THIS_PROCESS, progress), asked)
+    return run_properties(Lab(work, IN_THIS_PROCESS, progress), **vars(asked))
+
+
+def asked_of(methods, properties, examples, seed=0):
+    return Properties(methods=methods, properties=properties, examples=examples, seed=seed)
 
 
 def below_three(tested, case):
@@ -164,7 +167,7 @@ def test_what_a_method_refuses_is_not_asked(planted, tmp_path):
 
 
 def test_what_was_refused_is_counted_apart(planted, tmp_path):
-    asked = PropertyStudy((planted(MANY), "fbs"), tuple(chosen(["score"])), 40)
+    asked = asked_of((planted(MANY), "fbs"), ("score",), 40)
     found = run(asked, tmp_path)
     row, other = found.rows
     assert (row.standing, other.standing) == (Standing.HOLDS, Standing.HOLDS)
@@ -178,13 +181,13 @@ def test_what_was_refused_is_counted_apart(planted, tmp_path):
         f"planted: not asked on {row.refused} of 40 cases, which lie outside its range"
     ]
     assert run(asked, tmp_path).rows == found.rows, "kept and read again as it was"
-    found = run(PropertyStudy((planted(ALL),), asked.properties, 7), tmp_path)
+    found = run(asked_of((planted(ALL),), asked.properties, 7), tmp_path)
     assert found.rows[0].standing is Standing.NOT_ASKED
     assert (found.counts[Standing.VIOLATED], Properties().status(found)) == (0, 0)
 
 
 def test_too_few_cases_are_not_said_to_hold(planted, tmp_path):
-    asked = PropertyStudy((planted(NEARLY_ALL),), tuple(chosen(["score"])), 60)
+    asked = asked_of((planted(NEARLY_ALL),), ("score",), 60)
     found = run(asked, tmp_path)
     [row] = found.rows
     assert 0 < row.asked < 6
@@ -218,7 +221,7 @@ def test_the_frequency_of_violations_is_that_among_all_cases(tmp_path, monkeypat
     assert search(PROPERTIES["score"], MethodUnderTest("fbs"), examples=5, seed=1).frequency is None
     # The study says the same, also of what was kept.
     monkeypatch.setitem(registry.PROPERTIES, "x", asked)
-    study = PropertyStudy(("fbs",), (asked,), 80, seed=4)
+    study = asked_of(("fbs",), ("x",), 80, seed=4)
     for _ in range(2):
         [row] = run(study, tmp_path).rows
         assert (row.n, row.share.value) == (found.tested, found.violated / found.tested)
@@ -243,7 +246,7 @@ def test_what_is_violated_at_one_time_and_not_at_another_is_a_violation():
 
 
 def study(*methods, examples=40):
-    return PropertyStudy(methods, tuple(chosen(["score", "few items"])), examples, seed=3)
+    return asked_of(methods, ("score", "few items"), examples, seed=3)
 
 
 @pytest.fixture(scope="module")
@@ -275,7 +278,7 @@ def test_a_run_keeps_what_is_done_and_gives_the_same_again(violated, few_items):
 
 
 def test_a_damaged_result_is_asked_anew(tmp_path):
-    asked = PropertyStudy(("fbs",), tuple(chosen(["score"])), 5)
+    asked = asked_of(("fbs",), ("score",), 5)
     first = run(asked, tmp_path)
     (file,) = (tmp_path / "results").glob("*.json")
     whole = file.read_bytes()
@@ -311,21 +314,21 @@ def test_the_page_shows_a_counterexample_as_table_picture_and_file(
 
 
 def test_a_method_spelt_in_two_ways_is_asked_once(tmp_path):
-    asked = PropertyStudy(("pbs:alpha=0.6", "pbs:alpha=0.60"), tuple(chosen(["score"])), 3)
+    asked = asked_of(("pbs:alpha=0.6", "pbs:alpha=0.60"), ("score",), 3)
     table = run(asked, tmp_path)
     assert len(table.methods) == len(table.rows) == 1
 
 
 def test_specs_that_differ_in_punctuation_keep_files_of_their_own(tmp_path, few_items):
     specs = [f"label@mujoco:eps_t={value}" for value in ("1e-16", "1e+16")]
-    asked = PropertyStudy(tuple(specs), tuple(chosen(["few items"])), 40, seed=3)
+    asked = asked_of(tuple(specs), ("few items",), 40, seed=3)
     found = run(asked, tmp_path)
     assert len({row.smallest.file for row in found.rows}) == 2
     assert len({row.smallest.picture for row in found.rows}) == 2
 
 
 def test_a_run_that_would_ask_nothing_is_an_error(tmp_path):
-    asked = PropertyStudy(("fbs", "sme"), tuple(chosen(["energy"])), 3)
+    asked = asked_of(("fbs", "sme"), ("energy",), 3)
     with pytest.raises(PropertyError, match="'energy': asked of none of fbs, sme"):
         run(asked, tmp_path / "runs")
     assert not (tmp_path / "runs").exists()
@@ -337,7 +340,7 @@ def test_an_engine_from_elsewhere_is_asked_anew_when_its_code_changes(tmp_path, 
     (tmp_path / "elsewhere.py").write_text(code)
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setitem(ENGINES, "elsewhere", EngineEntry("elsewhere:World", ()))
-    asked = PropertyStudy(("label@elsewhere",), tuple(chosen(["free fall"])), 2)
+    asked = asked_of(("label@elsewhere",), ("free fall",), 2)
     for changed in range(2):
         (tmp_path / "elsewhere.py").write_text(code + "# changed\n" * changed)
         run(asked, tmp_path / "runs")
@@ -376,7 +379,7 @@ def test_the_command_fails_and_says_what_is_violated(tmp_path, capsys, undrawn):
 
 
 def test_an_engine_that_ends_its_process_is_a_violation_with_its_reason(tmp_path):
-    asked = PropertyStudy(("fbs",), tuple(chosen(["score"])), 5)
+    asked = asked_of(("fbs",), ("score",), 5)
     run(asked, tmp_path)
     store = Store(tmp_path / "results", OUTCOMES)
     [key] = store.keys()

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 from steadyload.layouts.model.layout import Layout
 from steadyload.methods.naming import MethodKey
+from steadyload.properties.property import Property
 from steadyload.reports.columns import cell, column, general, names, percent, row
 from steadyload.statistics.estimate import Estimate
 
@@ -149,21 +150,13 @@ class Pairs:
 
 
 @row
-class Statement:
-    """A property in words."""
-
-    property: str = column()
-    about: str = column("what must hold")
-
-
-@row
 class Found:
-    """Properties x methods: the statement of each property, and a row for each pair.
+    """Properties x methods: the properties, and a row for each pair.
 
     ``pairs``: by what properties are about. ``enough``: :data:`ENOUGH`.
     """
 
-    statements: Sequence[Statement]
+    statements: Sequence[Property]
     methods: Sequence[MethodTested]
     rows: Sequence[PropertyRow]
     pairs: Mapping[str, Sequence[Pairs]]

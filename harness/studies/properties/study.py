@@ -50,20 +50,9 @@ class Properties(Study["Found"]):
             raise PropertyError(
                 "property tests need hypothesis: pip install 'steadyload[properties]'"
             )
-        from steadyload.properties import search
-        from steadyload.properties.registry import chosen
-        from steadyload.studies.properties.testing import PropertyStudy, methods_on, run_properties
+        from steadyload.studies.properties.testing import run_properties
 
-        methods = list(self.methods)
-        if self.engines or not methods:
-            methods += methods_on(self.engines or None)
-        study = PropertyStudy(
-            methods=tuple(dict.fromkeys(methods)),
-            properties=tuple(chosen(self.properties or None)),
-            examples=self.examples or search.PROFILES[self.profile],
-            seed=self.seed,
-        )
-        return run_properties(lab, study)
+        return run_properties(lab, **vars(self))
 
     def beside(self, found: Found, folder: Path) -> None:
         """Counterexamples, as layout files."""

@@ -10,8 +10,7 @@ import dataclasses
 import json
 import re
 import zlib
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
 from importlib import metadata, resources
 from pathlib import Path
 
@@ -30,13 +29,21 @@ from steadyload.methods.tuned import TUNED, tuned
 from steadyload.properties import PropertyError
 from steadyload.properties.findings import finding
 from steadyload.properties.property import Case, MethodUnderTest, Property
-from steadyload.properties.registry import PROPERTIES, by_kind
-from steadyload.properties.search import VERSION, Counterexample, Frequency, PropertyResult, search
+from steadyload.properties.registry import PROPERTIES, by_kind, chosen
+from steadyload.properties.search import (
+    PROFILES,
+    VERSION,
+    Counterexample,
+    Frequency,
+    PropertyResult,
+    search,
+)
+from steadyload.runs.asked import Keyed
 from steadyload.runs.pool import SinglePart
 from steadyload.runs.provenance import key_of, made_by, provenance_lines
 from steadyload.runs.store import Codec, Store, locked
 from steadyload.statistics.metrics import share
-from steadyload.studies.kit import Lab
+from steadyload.studies.kit import Lab, asked
 from steadyload.studies.properties.outcomes import (
     ENOUGH,
     Found,
@@ -46,7 +53,6 @@ from steadyload.studies.properties.outcomes import (
     Refused,
     SmallestCase,
     Standing,
-    Statement,
 )
 
 STATIC_METHODS = (
@@ -67,32 +73,18 @@ _READABLE = 100
 """Number of characters of a counterexample's file name that name property and method."""
 
 
-@dataclass(frozen=True, slots=True)
-class PropertyStudy:
-    """Methods and properties to test.
+class PropertyUnit(SinglePart, Keyed):
+    """A property, and a method of which it is tested; everything that the result depends on."""
 
-    Attributes:
-        methods: spec strings.
-        properties: names of properties.
-        examples: largest number of cases a pair.
-        seed: of the cases.
-    """
-
-    methods: tuple[str, ...]
-    properties: tuple[Property, ...]
-    examples: int
-    seed: int = 0
-
-
-@dataclass(frozen=True, slots=True)
-class _Unit(SinglePart):
-    property: str
+    property: str = asked("question")
+    version: int
     method: str
+    made_by: Mapping[str, str] = asked("made by")
     examples: int
     seed: int
-    key: str
 
     def describe(self, part: int) -> str:
+        """Description of the test for messages."""
         return f"{self.property!r} of {self.method}"
 
 
@@ -121,27 +113,39 @@ def methods_on(names: Sequence[str] | None) -> list[str]:
     ]
 
 
-def run_properties(lab: Lab, study: PropertyStudy) -> Found:
-    """Test the missing pairs of properties and methods.
+def run_properties(
+    lab: Lab,
+    *,
+    engines: Sequence[str],
+    methods: Sequence[str],
+    properties: Sequence[str],
+    profile: str,
+    examples: int | None,
+    seed: int,
+) -> Found:
+    """Test the missing pairs of properties and methods, by the options of the study.
 
-    Args:
-        lab: where they are tested.
-        study: methods and properties; a method with two spellings is tested once.
+    A method with two spellings is tested once.
 
     Raises:
         SpecError: no such method.
-        PropertyError: no property applies to any of the methods.
+        PropertyError: no such property or engine, or no property applies to any of the methods.
         EngineNotInstalledError: a method's engine is missing.
         ResultsError: another run is at work in the folder.
         WorkerDiedError: see :func:`steadyload.runs.pool.run_units`.
     """
-    subjects = list({s.spec: s for s in map(MethodUnderTest, study.methods)}.values())
+    specs = list(dict.fromkeys(methods))
+    if engines or not specs:
+        specs += methods_on(engines or None)
+    tested = chosen(properties or None)
+    most = examples or PROFILES[profile]
+    subjects = list({s.spec: s for s in map(MethodUnderTest, specs)}.values())
     for subject in subjects:
         subject.method.prepare()
-    units = [unit for subject in subjects for unit in _units(subject, study)]
+    units = [unit for subject in subjects for unit in units_of(subject, tested, most, seed)]
     if not units:
-        asked_about = ", ".join(repr(each.name) for each in study.properties)
-        raise PropertyError(f"{asked_about}: asked of none of {', '.join(study.methods)}")
+        asked_about = ", ".join(repr(each.name) for each in tested)
+        raise PropertyError(f"{asked_about}: asked of none of {', '.join(specs)}")
     with locked(lab.work):
         store = Store(lab.work / "results", OUTCOMES)
         store.complete(
@@ -153,18 +157,17 @@ def run_properties(lab: Lab, study: PropertyStudy) -> Found:
             progress=lambda *done: lab.progress("asking", *done),
         )
         rows = [_row(unit, store.read(unit.key)) for unit in units]
-    methods = [method_key(subject.method) for subject in subjects]
-    kinds = by_kind(asked.name for asked in study.properties)
+    keys = [method_key(subject.method) for subject in subjects]
     return Found(
-        statements=[Statement(asked.name, asked.about) for asked in study.properties],
-        methods=[_tested(method, rows) for method in methods],
+        statements=tested,
+        methods=[_tested(method, rows) for method in keys],
         rows=rows,
         pairs={
-            kind: [_pairs(method, rows, of_kind) for method in methods]
-            for kind, of_kind in kinds.items()
+            kind: [_pairs(method, rows, of_kind) for method in keys]
+            for kind, of_kind in by_kind(each.name for each in tested).items()
         },
         made_with={
-            "examples": f"{study.examples} a property and method, seed {study.seed}",
+            "examples": f"{most} a property and method, seed {seed}",
             **provenance_lines(),
             "hypothesis": metadata.version("hypothesis"),
         },
@@ -173,17 +176,14 @@ def run_properties(lab: Lab, study: PropertyStudy) -> Found:
 
 def _tested(method: MethodKey, rows: Sequence[PropertyRow]) -> MethodTested:
     own = [row for row in rows if row.method == method]
-
-    def named(standing: Standing) -> list[str]:
-        return [row.property for row in own if row.standing is standing]
-
+    named = {s: [row.property for row in own if row.standing is s] for s in Standing}
     return MethodTested(
         method,
-        len(named(Standing.HOLDS)),
-        named(Standing.VIOLATED),
-        named(Standing.FINDING),
-        named(Standing.TOO_FEW),
-        Refused(sum(row.refused for row in own), sum(row.examples for row in own)),
+        holds=len(named[Standing.HOLDS]),
+        violated=named[Standing.VIOLATED],
+        findings=named[Standing.FINDING],
+        too_few=named[Standing.TOO_FEW],
+        refused=Refused(sum(row.refused for row in own), sum(row.examples for row in own)),
     )
 
 
@@ -204,8 +204,10 @@ def write_counterexamples(found: Found, folder: Path) -> None:
         write_layouts(without_link(path), [smallest.layout], Format.NATIVE)
 
 
-def _units(subject: MethodUnderTest, study: PropertyStudy) -> Iterator[_Unit]:
-    """Units of a method; a key is a hash of everything that the outcome depends on."""
+def units_of(
+    subject: MethodUnderTest, properties: Sequence[Property], examples: int, seed: int
+) -> list[PropertyUnit]:
+    """Units of a method, of the properties that apply to it."""
     envelopes = json.loads(resources.files("steadyload.methods").joinpath(ENVELOPES).read_bytes())
     made = {
         **made_by(subject.method),
@@ -213,22 +215,14 @@ def _units(subject: MethodUnderTest, study: PropertyStudy) -> Iterator[_Unit]:
         "version of search": str(VERSION),
         "envelopes": key_of({engine: entry["rows"] for engine, entry in envelopes.items()}),
     }
-    for asked in study.properties:
-        if asked.applies(subject):
-            key = key_of(
-                {
-                    "question": asked.name,
-                    "version": asked.version,
-                    "method": subject.spec,
-                    "made by": made,
-                    "examples": study.examples,
-                    "seed": study.seed,
-                }
-            )
-            yield _Unit(asked.name, subject.spec, study.examples, study.seed, key)
+    return [
+        PropertyUnit(each.name, each.version, subject.spec, made, examples, seed)
+        for each in properties
+        if each.applies(subject)
+    ]
 
 
-def _ask(unit: _Unit) -> Iterator[PropertyResult]:
+def _ask(unit: PropertyUnit) -> Iterator[PropertyResult]:
     subject = MethodUnderTest(unit.method)
     subject.method.prepare()
     yield search(PROPERTIES[unit.property], subject, examples=unit.examples, seed=unit.seed)
@@ -236,40 +230,28 @@ def _ask(unit: _Unit) -> Iterator[PropertyResult]:
 
 def _encoded(answers: Sequence[PropertyResult]) -> bytes:
     [outcome] = answers
-    held, failure = outcome.counterexample, None
-    if held is not None:
-        failure = {
-            "found": held.found,
-            "change": dict(held.case.change),
-            "layout": json.loads("".join(as_native([held.case.layout]))),
-        }
-    result = {
-        "examples": outcome.examples,
-        "asked": outcome.asked,
-        "refused": outcome.refused,
-        "failure": failure,
-        "crashed": outcome.crashed,
-        "frequency": outcome.frequency and dataclasses.asdict(outcome.frequency),
+    held = outcome.counterexample
+    kept = dataclasses.asdict(dataclasses.replace(outcome, counterexample=None))
+    del kept["counterexample"]
+    kept["failure"] = held and {
+        "found": held.found,
+        "change": dict(held.case.change),
+        "layout": json.loads("".join(as_native([held.case.layout]))),
     }
-    return (json.dumps(result, indent=1) + "\n").encode()
+    return (json.dumps(kept, indent=1) + "\n").encode()
 
 
 def _decoded(content: bytes) -> PropertyResult:
-    result = json.loads(content)
-    failure, counterexample = result["failure"], None
+    kept = json.loads(content)
+    failure, frequency = kept.pop("failure"), kept.pop("frequency")
+    counterexample = None
     if failure is not None:
         [record] = read_json([json.dumps(failure["layout"]).encode()])
         assert isinstance(record, Record)
         case = Case(to_layout(record), failure["change"])
         counterexample = Counterexample(case, failure["found"])
-    frequency = result["frequency"]
     return PropertyResult(
-        result["examples"],
-        result["asked"],
-        counterexample,
-        result["refused"],
-        result["crashed"],
-        None if frequency is None else Frequency(**frequency),
+        **kept, counterexample=counterexample, frequency=frequency and Frequency(**frequency)
     )
 
 
@@ -277,7 +259,7 @@ OUTCOMES: Codec[PropertyResult, PropertyResult] = Codec(".json", _encoded, _deco
 """Codec of the result of a property and method."""
 
 
-def _row(unit: _Unit, outcome: PropertyResult) -> PropertyRow:
+def _row(unit: PropertyUnit, outcome: PropertyResult) -> PropertyRow:
     """A result as a page shows it; declared findings are included even where not found here."""
     known = finding(unit.property, unit.method)
     shown, standing = outcome.counterexample, Standing.HOLDS
@@ -299,20 +281,17 @@ def _row(unit: _Unit, outcome: PropertyResult) -> PropertyRow:
         asked=outcome.asked,
         refused=outcome.refused,
         why=known.why if known else outcome.crashed,
-        smallest=None if shown is None else _smallest(unit, shown),
+        smallest=None
+        if shown is None
+        else SmallestCase(shown.found, shown.case.change, shown.case.layout, _file(unit)),
         n=None if found is None else found.tested,
         share=None if found is None else share(np.arange(found.tested) < found.violated),
         steps=None if found is None else found.steps,
     )
 
 
-def _smallest(unit: _Unit, shown: Counterexample) -> SmallestCase:
-    file = f"counterexamples/{_file_name(unit)}.json"
-    return SmallestCase(shown.found, shown.case.change, shown.case.layout, file)
-
-
-def _file_name(unit: _Unit) -> str:
-    """File name, readable and unique for every pair; specs may differ in punctuation alone."""
+def _file(unit: PropertyUnit) -> str:
+    """File, readable and unique for every pair; specs may differ in punctuation alone."""
     pair = f"{unit.property} {unit.method}"
     readable = re.sub(r"[^a-z0-9]+", "-", pair.lower()).strip("-")[:_READABLE]
-    return f"{readable}-{zlib.crc32(pair.encode()):08x}"
+    return f"counterexamples/{readable}-{zlib.crc32(pair.encode()):08x}.json"
