@@ -17,6 +17,7 @@ from steadyload.engines.registry import open_world, world_class
 from steadyload.engines.world import (
     GRAVITY,
     Box,
+    Capabilities,
     FixedStepWorld,
     FloatArray,
     Poses,
@@ -31,7 +32,7 @@ VERSION = 1
 """Version of the measurements and closed forms: raised when a result or a form changes."""
 
 SIDE = 0.1
-_CUBE = (SIDE, SIDE, SIDE)
+CUBE = (SIDE, SIDE, SIDE)
 FLAT = (0.4, 0.1, 0.05)
 _SPUN = (0.1, 0.2, 0.3)
 _SPIN = (0.1, 10.0, 0.1)
@@ -78,6 +79,11 @@ class Stage:
     frequency: int
     watch: Stopwatch | None = None
 
+    @property
+    def facts(self) -> Capabilities:
+        """Capabilities of the engine."""
+        return world_class(self.engine).capabilities
+
     @contextmanager
     def scene(self, boxes: Sequence[Box], settings: WorldSettings) -> Iterator[FixedStepWorld]:
         """A world that holds the boxes."""
@@ -115,13 +121,13 @@ class Stage:
 
 def fall(stage: Stage) -> float:
     """Change of height in free fall [mm]."""
-    with stage.scene([Box(_CUBE, 1.0, (0.0, 0.0, 50.0))], WorldSettings()) as world:
+    with stage.scene([Box(CUBE, 1.0, (0.0, 0.0, 50.0))], WorldSettings()) as world:
         return 1e3 * float(stage.run(world, FALL_SECONDS).centres[0, 2] - 50.0)
 
 
 def spin(stage: Stage) -> float:
     """Angle between the attitude of a spinning box and the right one [degrees]."""
-    if world_class(stage.engine).capabilities.dimensions < 3:
+    if stage.facts.dimensions < 3:
         raise NoValueError(f"{UNDEFINED}: two dimensions")
     weightless = WorldSettings(gravity=(0.0, 0.0, 0.0))
     with stage.scene([Box(_SPUN, 3.0, (0.0, 0.0, 50.0))], weightless) as world:
@@ -151,10 +157,10 @@ def sliding_threshold(stage: Stage) -> float:
 
 def tipping_offset(stage: Stage) -> float:
     """Offset past the edge from which the upper of two cubes turns over [mm]."""
-    lower = Box(_CUBE, 1.0, (0.0, 0.0, 0.5 * SIDE))
+    lower = Box(CUBE, 1.0, (0.0, 0.0, 0.5 * SIDE))
 
     def tips(offset: float) -> bool:
-        upper = Box(_CUBE, 1.0, (0.5 * SIDE + offset, 0.0, 1.5 * SIDE))
+        upper = Box(CUBE, 1.0, (0.5 * SIDE + offset, 0.0, 1.5 * SIDE))
         return stage.turns([lower, upper], WorldSettings(), TIP_SECONDS)
 
     return 1e3 * boundary(tips, 0.0, 1e-5, 1e-6, (-0.04, 0.04))
@@ -162,8 +168,8 @@ def tipping_offset(stage: Stage) -> float:
 
 def time_to_turn(stage: Stage, past_edge: float) -> float:
     """Time in which a cube turns by 10 degrees about an edge [s]."""
-    table = Box(_CUBE, 1.0, (0.0, 0.0, 0.5 * SIDE), fixed=True)
-    cube = Box(_CUBE, 1.0, (0.5 * SIDE + past_edge, 0.0, 1.5 * SIDE))
+    table = Box(CUBE, 1.0, (0.0, 0.0, 0.5 * SIDE), fixed=True)
+    cube = Box(CUBE, 1.0, (0.5 * SIDE + past_edge, 0.0, 1.5 * SIDE))
     times, found = [0.0], [0.0]
     with stage.scene([table, cube], WorldSettings(friction=_STICKING)) as world:
         for time, poses in stage.samples(world, TIP_SECONDS):
@@ -176,11 +182,8 @@ def time_to_turn(stage: Stage, past_edge: float) -> float:
 
 def bounce(stage: Stage, restitution: float = RESTITUTION) -> float:
     """Height of the first rebound over the height of the drop."""
-    settings = WorldSettings(restitution=restitution, emulate=frozenset({"restitution"}))
-    facts = world_class(stage.engine).capabilities
-    if facts.support("restitution", settings) is Support.IGNORED:
-        raise NoValueError(f"{UNDEFINED}: no restitution")
-    with stage.scene([Box(_CUBE, 1.0, (0.0, 0.0, 0.5 * SIDE + DROP))], settings) as world:
+    cube = Box(CUBE, 1.0, (0.0, 0.0, 0.5 * SIDE + DROP))
+    with stage.scene([cube], bouncing(stage, restitution)) as world:
         heights = [float(poses.centres[0, 2]) for _, poses in stage.samples(world, 0.6)]
     low = next((i for i in range(1, len(heights) - 1) if heights[i + 1] > heights[i]), None)
     if low is None:
@@ -194,6 +197,18 @@ def bounce(stage: Stage, restitution: float = RESTITUTION) -> float:
     bend, rise = before - 2.0 * at + after, 0.5 * (after - before)
     peak = at - (0.5 * rise**2 / bend if bend < 0.0 else 0.0)
     return (peak - 0.5 * SIDE) / DROP
+
+
+def bouncing(stage: Stage, restitution: float) -> WorldSettings:
+    """Settings of a restitution of every contact, emulated where the engine offers that.
+
+    Raises:
+        NoValueError: the engine has none.
+    """
+    settings = WorldSettings(restitution=restitution, emulate=frozenset({"restitution"}))
+    if stage.facts.support("restitution", settings) is Support.IGNORED:
+        raise NoValueError(f"{UNDEFINED}: no restitution")
+    return settings
 
 
 def overhang(stage: Stage, count: int, *, width: float = 1e-4, resolution: float = 1e-5) -> float:
@@ -215,13 +230,14 @@ def overhang(stage: Stage, count: int, *, width: float = 1e-4, resolution: float
 
 def sink(stage: Stage, ratio: float) -> float:
     """Depth to which a heavy cube sinks into a light one [mm], at most its whole height."""
-    boxes = [
-        Box(_CUBE, 1.0, (0.0, 0.0, 0.5 * SIDE)),
-        Box(_CUBE, ratio, (0.0, 0.0, 1.5 * SIDE)),
-    ]
-    with stage.scene(boxes, WorldSettings()) as world:
+    with stage.scene(stacked(CUBE, (1.0, ratio)), WorldSettings()) as world:
         height = float(stage.run(world, 1.0).centres[1, 2])
     return 1e3 * min(SIDE, 1.5 * SIDE - height)
+
+
+def stacked(size: tuple[float, float, float], masses: Sequence[float]) -> list[Box]:
+    """Equal boxes on top of each other, with masses from the lowest up."""
+    return [Box(size, m, (0.0, 0.0, size[2] * (level + 0.5))) for level, m in enumerate(masses)]
 
 
 def total_angles(poses: Poses) -> FloatArray:

@@ -57,6 +57,19 @@ def asked_question(method: str | Method) -> Question | None:
     return question
 
 
+def chosen(names: Sequence[str], known: Iterable[str], what: str) -> tuple[str, ...]:
+    """Those of the known names that are asked for, in the order of the known ones.
+
+    Raises:
+        StudyError: one is none of these; it says ``what`` they are.
+    """
+    every = tuple(known)
+    for name in names:
+        if name not in every:
+            raise StudyError(f"unknown {what} {name!r}; {nearest(name, every)}")
+    return tuple(name for name in every if name in names)
+
+
 def fixed_step_engines(only: Sequence[str] = ()) -> tuple[str, ...]:
     """Names of the engines of three dimensions that are here and take fixed steps.
 

@@ -38,14 +38,13 @@ from steadyload.studies.extremes.envelopes import (
 )
 from steadyload.studies.extremes.measuring import Outcome
 from steadyload.studies.extremes.running import run_extremes
-from steadyload.studies.extremes.showing import summarise
+from steadyload.studies.extremes.showing import Found
 from steadyload.studies.extremes.study import Extremes
 from steadyload.studies.extremes.sweeps import (
     FREQUENCIES,
+    SWEEPS,
     ExtremeCell,
     measure_cell,
-    sweep_names,
-    sweeps,
 )
 from steadyload.studies.kit import Lab
 
@@ -87,7 +86,7 @@ def test_small_boxes_are_held_by_their_own_edge():
     # It falls by 2 cm: less than 10 cm, more than its edge of 1 cm.
     stage = Stage("mujoco", 240)
     assert extreme_runs.settle(stage, table).outcome is Outcome.HELD
-    assert extreme_runs.settle(stage, table, edge=0.01).outcome is Outcome.FAILED
+    assert extreme_runs.settle(stage, table, sized=True).outcome is Outcome.FAILED
 
 
 def test_penetration_is_how_far_neighbours_have_approached():
@@ -132,9 +131,9 @@ def test_a_box_slides_to_a_stop(engine):
     assert (free.outcome, free.numbers["expected"]) == (Outcome.CLOSE, 1.0)
 
 
-@pytest.mark.parametrize("sweep", sweep_names())
+@pytest.mark.parametrize("sweep", SWEEPS)
 def test_an_easy_value_of_every_sweep_is_held(sweep):
-    own = sweeps()[sweep]
+    own = SWEEPS[sweep]
     cell = measure_cell(sweep, "mujoco", 480, own.shown or own.values[len(own.values) // 3])
     assert cell.outcome.good
 
@@ -199,11 +198,10 @@ def test_a_tower_is_given_up_after_three_failures(tmp_path):
     """At 5 Hz bullet holds no tower of 2, and not always a single cube."""
     seen = []
     cells = run_extremes(
-        tmp_path,
+        Lab(tmp_path, 0, lambda _, *at: seen.append(at)),
         only_engines=["bullet"],
         only_sweeps=["tower"],
         frequencies=[5, 240],
-        progress=lambda *at: seen.append(at),
     )
     coarse = [c for c in cells if c.frequency == 5]
     assert len(list((tmp_path / "cells").iterdir())) == len(cells), "and not measured"
@@ -211,14 +209,14 @@ def test_a_tower_is_given_up_after_three_failures(tmp_path):
     assert [c.value for c in coarse] == [1, 2, 3, 5][: len(good)]
     assert good in ([True, False, False, False], [False, False, False])
     assert len([c for c in cells if c.frequency == 240]) > 8
-    most = 2 * len(sweeps()["tower"].values)
+    most = 2 * len(SWEEPS["tower"].values)
     assert (seen[0], seen[-1]) == ((0, most), (most, most))
 
 
 def test_a_second_run_measures_only_what_is_missing(tmp_path, monkeypatch):
     def run(**changes):
         asked = {"only_engines": ["bullet"], "only_sweeps": ["light-on-heavy", "tower"]}
-        return run_extremes(tmp_path, **{**asked, "frequencies": [10], **changes})
+        return run_extremes(Lab(tmp_path, 0), **{**asked, "frequencies": [10], **changes})
 
     first, measured = run(), []
     real = extreme_cells.measured
@@ -239,7 +237,7 @@ def test_a_second_run_measures_only_what_is_missing(tmp_path, monkeypatch):
     assert [(c.sweep, c.value, c.outcome) for c in again] == [
         (c.sweep, c.value, c.outcome) for c in first
     ]
-    monkeypatch.setattr(extreme_cells.extreme_runs, "VERSION", 2)
+    monkeypatch.setattr(extreme_runs, "VERSION", 2)
     measured.clear()
     run()
     assert len(measured) == len(first), "a raised version asks anew"
@@ -270,12 +268,12 @@ def hanging(tmp_path, monkeypatch):
 
 def test_a_native_call_that_hangs_costs_one_cell(hanging, tmp_path):
     asked = {"only_engines": [hanging], "only_sweeps": ["light-on-heavy"], "frequencies": [60]}
-    values = sweeps()["light-on-heavy"].values[:1]
+    values = SWEEPS["light-on-heavy"].values[:1]
     with pytest.MonkeyPatch.context() as patched:
-        one = {"light-on-heavy": dataclasses.replace(sweeps()["light-on-heavy"], values=values)}
-        patched.setattr(extreme_cells, "sweeps", lambda: one)
+        one = dataclasses.replace(SWEEPS["light-on-heavy"], values=values)
+        patched.setitem(SWEEPS, "light-on-heavy", one)
         patched.setattr(extreme_cells, "hard_seconds", lambda timeout: 20.0 * timeout)
-        (cell,) = run_extremes(tmp_path / "run", **asked, timeout=0.1, workers=1)
+        (cell,) = run_extremes(Lab(tmp_path / "run"), **asked, timeout=0.1)
     assert (cell.outcome, cell.note) == (
         Outcome.NO_VERDICT, "no answer within 2 s of CPU time; its process was killed",
     )  # fmt: skip
@@ -283,7 +281,7 @@ def test_a_native_call_that_hangs_costs_one_cell(hanging, tmp_path):
 
 def test_an_engine_with_its_own_steps_runs_once(tmp_path):
     cells = run_extremes(
-        tmp_path,
+        Lab(tmp_path, 0),
         only_engines=["reference", "chipmunk"],
         only_sweeps=["plate-on-edge"],
         frequencies=[60, 240],
@@ -294,9 +292,9 @@ def test_an_engine_with_its_own_steps_runs_once(tmp_path):
 
 def test_unknown_names_are_said(tmp_path):
     with pytest.raises(StudyError, match="unknown engine 'bulet'; did you mean 'bullet'"):
-        run_extremes(tmp_path, only_engines=["bulet"])
+        run_extremes(Lab(tmp_path, 0), only_engines=["bulet"])
     with pytest.raises(StudyError, match="unknown sweep 'towr'; did you mean 'tower'"):
-        run_extremes(tmp_path, only_sweeps=["towr"])
+        run_extremes(Lab(tmp_path, 0), only_sweeps=["towr"])
     assert not list(tmp_path.iterdir())
 
 
@@ -308,7 +306,7 @@ def cells_of(engine, frequency, held):
     return [
         ExtremeCell(name, engine, frequency, value, outcome)
         for name in ENVELOPE_SWEEPS
-        for value in sweeps()[name].values
+        for value in SWEEPS[name].values
         for outcome in [Outcome.HELD if held.get(name, lambda v: True)(value) else Outcome.FAILED]
     ]
 
@@ -382,7 +380,7 @@ def cells():
     """All sweeps of an engine at two frequencies, and of one that chooses its steps; made up."""
     return [
         ExtremeCell(name, *run, value, outcome(name, run[1], value), NUMBERS)
-        for name, sweep in sweeps().items()
+        for name, sweep in SWEEPS.items()
         for run in (("bullet", 60), ("bullet", 240), ("reference", None))
         for value in sweep.values
     ]
@@ -390,7 +388,7 @@ def cells():
 
 @pytest.fixture(scope="module")
 def found(cells):
-    return summarise(cells, 30.0, provenance())
+    return Found(cells, 30.0, provenance())
 
 
 def test_the_page_shows_what_was_found(found, assert_shown):
@@ -402,7 +400,7 @@ def test_the_page_shows_what_was_found(found, assert_shown):
         found,
         answer=[240, "100 (bullet)", "1,000,000 (bullet)"],
         tables=[found.from_here_on, found.at_rest, found.envelope, *sweeps_shown],
-        charts=[*sweep_names(), "closed-forms", *errors],
+        charts=[*SWEEPS, "closed-forms", *errors],
         drawn=False,
     )
 
@@ -421,7 +419,7 @@ def test_what_was_held_is_counted_at_each_frequency_and_above(found, cells):
     ]  # fmt: skip
     third = len(cells) // 3
     assert list(found.counted.values()) == [third, 2 * third - 1, 1, 0, 0]
-    assert (found.fit["bullet"].frequency, found.blind, found.silent) == (60, [], {})
+    assert (found.fit["bullet"].frequency, found.silent) == (60, {})
 
 
 def test_values_are_shown_with_those_of_the_closed_form(found):
@@ -442,13 +440,13 @@ def test_who_ran_out_of_time_is_named(cells):
         else c
         for c in cells
     ]
-    found = summarise(late, 30.0, provenance())
+    found = Found(late, 30.0, provenance())
     assert found.counted["without a verdict"] == 1
     assert found.silent == {"bullet, number of items": ["60 Hz"]}
 
 
 def test_a_part_has_no_envelope_and_is_shown(cells, assert_shown):
-    found = summarise([c for c in cells if c.sweep in ("tower", "bounce")], 30.0, provenance())
+    found = Found([c for c in cells if c.sweep in ("tower", "bounce")], 30.0, provenance())
     assert (found.envelope, found.usually) == ((), [])
     (tower,), (bounce,) = found.resting, found.formulas
     charts = ["tower", "bounce", "bounce-error", "closed-forms"]

@@ -10,7 +10,6 @@ from collections.abc import Mapping, Sequence
 
 from steadyload.engines.registry import engines as registered
 from steadyload.engines.registry import engines_here, package_versions, world_class
-from steadyload.errors import nearest
 from steadyload.properties import closed_forms as runs
 from steadyload.properties.closed_form_tests import (
     ClosedFormResult,
@@ -18,7 +17,7 @@ from steadyload.properties.closed_form_tests import (
     closed_form_tests,
     result_of,
 )
-from steadyload.runs.definition import StudyError
+from steadyload.runs.able import chosen
 from steadyload.runs.provenance import made_on
 from steadyload.studies.kit import Asked, Lab
 
@@ -70,9 +69,7 @@ def measured(
         ResultsError: another run is at work in the folder.
     """
     names = tuple(engines) or engines_here()
-    for name in names:
-        if name not in registered():
-            raise StudyError(f"unknown engine {name!r}; {nearest(name, registered())}")
+    chosen(names, registered(), "engine")  # refuses one that there is not
     own = {name for name in names if world_class(name).capabilities.error_controlled}
     made = {name: made_on(name) | package_versions(("numpy", "scipy")) for name in names}
     units = [

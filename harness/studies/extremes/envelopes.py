@@ -5,32 +5,31 @@ from __future__ import annotations
 import dataclasses
 import json
 from collections.abc import Iterable, Mapping, Sequence
-from itertools import pairwise
+from itertools import accumulate, groupby, takewhile
+from operator import attrgetter
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import steadyload.methods
 from steadyload.atomic import write_atomically
 from steadyload.engines.registry import installed_versions
-from steadyload.methods.envelope import ENVELOPES
+from steadyload.methods.envelope import ENVELOPES, Envelope
 from steadyload.reports.columns import column, row, yes_no
 from steadyload.stored import REMEDY, stored_object
 from steadyload.studies.closed_form_errors import hertz
 from steadyload.studies.extremes.measuring import Outcome
 from steadyload.studies.extremes.sweeps import ExtremeCell
 
-_SIZE_SWEEPS = ("size-two", "size-five")
 _NOMINAL = 10.0
 """Edge of a cube from which the range of sizes is extended in both directions [cm]."""
 
 ENVELOPE_SWEEPS = (
-    "tower", "heavy-on-light", "heavy-on-two", "light-on-heavy", *_SIZE_SWEEPS, "items",
+    "tower", "heavy-on-light", "heavy-on-two", "light-on-heavy", "size-two", "size-five", "items",
     "plate-on-edge",
 )  # fmt: skip
 """The sweeps that an envelope is made from."""
 
-Held = dict[float, bool]
-"""Measured value -> whether it was held."""
+_LIMITS = tuple(limit.name for limit in dataclasses.fields(Envelope))
 
 
 def _limit(value: float) -> str:
@@ -88,77 +87,59 @@ def envelope_rows(
         cells: of any sweeps.
         counts: outcomes that count as held.
     """
-    held: dict[tuple[str, int | None], dict[str, Held]] = {}
+    held: dict[tuple[str, int | None], dict[str, dict[float, bool]]] = {}
     for cell in cells:
         by_sweep = held.setdefault((cell.engine, cell.frequency), {})
         by_sweep.setdefault(cell.sweep, {})[cell.value] = cell.outcome in counts
-    return tuple(
-        _row(engine, frequency, found)
-        for (engine, frequency), found in held.items()
-        if set(ENVELOPE_SWEEPS) <= set(found)
-    )
+    rows = []
+    for run, found in held.items():
+        if not set(ENVELOPE_SWEEPS) <= set(found):
+            continue
+        largest = {name: _up_to(found[name]) for name in ENVELOPE_SWEEPS}
+        sizes = {v: found["size-two"][v] and found["size-five"][v] for v in found["size-two"]}
+        rows.append(
+            EnvelopeRow(
+                *run,
+                tower_height=int(largest["tower"]),
+                heavy_on_light=min(largest["heavy-on-light"], largest["heavy-on-two"]),
+                light_on_heavy=largest["light-on-heavy"],
+                least_size=abs(_up_to({-v: held for v, held in sizes.items() if v <= _NOMINAL})),
+                most_size=_up_to({v: held for v, held in sizes.items() if v >= _NOMINAL}),
+                item_count=int(largest["items"]),
+                sees_falls=all(found["plate-on-edge"].values()),
+            )
+        )
+    return tuple(rows)
 
 
-def _row(engine: str, frequency: int | None, held: Mapping[str, Held]) -> EnvelopeRow:
-    least, most = _range(held)
-    return EnvelopeRow(
-        engine=engine,
-        frequency=frequency,
-        tower_height=int(_up_to(held["tower"])),
-        heavy_on_light=min(_up_to(held["heavy-on-light"]), _up_to(held["heavy-on-two"])),
-        light_on_heavy=_up_to(held["light-on-heavy"]),
-        least_size=least,
-        most_size=most,
-        item_count=int(_up_to(held["items"])),
-        sees_falls=all(held["plate-on-edge"].values()),
-    )
-
-
-def _up_to(held: Held) -> float:
+def _up_to(held: Mapping[float, bool]) -> float:
     """The largest value that was held with all smaller ones; 0 where the smallest was not."""
-    largest = 0.0
-    for value in sorted(held):
-        if not held[value]:
-            break
-        largest = float(value)
-    return largest
+    return float(max(takewhile(held.__getitem__, sorted(held)), default=0.0))
 
 
-def _range(held: Mapping[str, Held]) -> tuple[float, float]:
-    """Ends of the range of held sizes around the nominal one; zeros where that was not held."""
-    both = {v: all(held[s][v] for s in _SIZE_SWEEPS) for v in held[_SIZE_SWEEPS[0]]}
-    downwards = _up_to({-v: good for v, good in both.items() if v <= _NOMINAL})
-    upwards = _up_to({v: good for v, good in both.items() if v >= _NOMINAL})
-    return abs(downwards), upwards
+def from_here_on(rows: Iterable[EnvelopeRow]) -> tuple[EnvelopeRow, ...]:
+    """Envelopes that hold at a frequency and at all higher ones that were measured.
 
-
-def from_here_on(rows: Sequence[EnvelopeRow]) -> tuple[EnvelopeRow, ...]:
-    """Envelopes that hold at a frequency and at all higher ones that were measured."""
+    Left out are frequencies at which falls are not seen, or two equal cubes of the usual size do
+    not stand on each other, and those that hold what the next lower one does.
+    """
     kept: list[EnvelopeRow] = []
-    for engine in dict.fromkeys(r.engine for r in rows):
-        mine = sorted((r for r in rows if r.engine == engine), key=lambda r: -(r.frequency or 0))
-        joined: list[EnvelopeRow] = []
-        for own in mine:
-            joined.append(_both(own, joined[-1]) if joined else own)
-        rising = [r for r in reversed(joined) if r.sees_falls and _holds_two(r)]
-        alike = [dataclasses.replace(b, frequency=a.frequency) == a for a, b in pairwise(rising)]
-        kept += [r for r, same in zip(rising, [False, *alike], strict=False) if not same]
+    for _, own in groupby(rows, key=attrgetter("engine")):
+        joined = accumulate(sorted(own, key=lambda r: -(r.frequency or 0)), _both)
+        use = [
+            r for r in joined
+            if r.sees_falls and r.tower_height > 1 and r.heavy_on_light >= 1.0 and r.most_size
+        ]  # fmt: skip
+        same = groupby(reversed(use), key=lambda r: dataclasses.replace(r, frequency=None))
+        kept += [next(alike) for _, alike in same]
     return tuple(kept)
 
 
-def _holds_two(row: EnvelopeRow) -> bool:
-    """Two equal cubes of the usual size stand on each other."""
-    return row.tower_height > 1 and row.heavy_on_light >= 1.0 and row.most_size > 0.0
-
-
-def _both(row: EnvelopeRow, higher: EnvelopeRow) -> EnvelopeRow:
+def _both(higher: EnvelopeRow, row: EnvelopeRow) -> EnvelopeRow:
     """Intersection of the envelopes of a row and of the higher frequencies."""
-    least, most = max(row.least_size, higher.least_size), min(row.most_size, higher.most_size)
-    if not (row.most_size and higher.most_size):
-        least = most = 0.0
-    both = ("tower_height", "heavy_on_light", "light_on_heavy", "item_count", "sees_falls")
-    least_of_two = {name: min(getattr(row, name), getattr(higher, name)) for name in both}
-    return dataclasses.replace(row, least_size=least, most_size=most, **least_of_two)
+    both = {name: min(getattr(row, name), getattr(higher, name)) for name in _LIMITS}
+    least = max(row.least_size, higher.least_size) if both["most_size"] else 0.0
+    return dataclasses.replace(row, **both | {"least_size": least})
 
 
 def envelope_file() -> Path:
@@ -171,7 +152,7 @@ def write_envelopes(
     rests: Sequence[EnvelopeRow],
     made_by: Mapping[str, Any],
     path: Path | None = None,
-) -> Path:
+) -> None:
     """Write measured envelopes; engines that were not measured keep their entries in the file.
 
     Args:
@@ -183,22 +164,21 @@ def write_envelopes(
     path = path or envelope_file()
     entries = stored_object(path, REMEDY) if path.exists() else {}
     for engine in dict.fromkeys(r.engine for r in rows):
-        holds, still = ([r for r in of if r.engine == engine] for of in (rows, rests))
-        packages = set(installed_versions(engine)) & set(made_by["versions"])
+        versions = made_by["versions"]
+        packages = sorted(set(installed_versions(engine)) & set(versions))
         entries[engine] = {
             "made": {
                 "git": made_by["git"],
-                "versions": {name: made_by["versions"][name] for name in sorted(packages)},
+                "versions": {name: versions[name] for name in packages},
             },
             "rows": [
                 {"frequency": own.frequency, "holds": _holds(own), "rests": _holds(strict)}
-                for own, strict in zip(holds, still, strict=True)
+                for own, strict in zip(rows, rests, strict=True)
+                if own.engine == engine
             ],
         }
     write_atomically(path, json.dumps(entries, indent=1) + "\n")
-    return path
 
 
 def _holds(row: EnvelopeRow) -> dict[str, Any]:
-    values = dataclasses.asdict(row)
-    return {k: v for k, v in values.items() if k not in ("engine", "frequency")}
+    return {name: getattr(row, name) for name in _LIMITS}

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
 
 from steadyload.engines.registry import capabilities
-from steadyload.properties.closed_form_tests import ClosedFormResult, closed_form_tests
-from steadyload.reports.columns import cell, column, compact, general, percent, row
+from steadyload.reports.columns import column, percent, row
 from steadyload.runs.able import fixed_step_engines
 from steadyload.runs.comparison import difference
 from steadyload.statistics.estimate import Estimate
@@ -23,7 +21,7 @@ from steadyload.studies.changed_loads import (
     Change,
     judge_changed,
 )
-from steadyload.studies.extremes.sizes import EDGES, FREQUENCY, TESTS, closed_forms_by_size
+from steadyload.studies.extremes.sizes import FREQUENCY, SizeRow, closed_forms_by_size
 from steadyload.studies.kit import Lab
 
 FOLDER = "loads"
@@ -65,16 +63,6 @@ class Engine:
     def grows(self) -> bool:
         """Whether the excess is larger far away than nearby."""
         return self.far.low > self.near.value
-
-
-@row
-class SizeRow:
-    """Errors of a closed form at a size, by engine."""
-
-    test: str = column()
-    unit: str = column("in")
-    edge: float = column("edge, m", general)
-    errors: Mapping[str, str] = column("{}")
 
 
 class Point(NamedTuple):
@@ -119,12 +107,12 @@ class Loads:
                 not own.single, what, place, changed,
             )
             for own in self.rows
-            for change, changed in chain(own.distances.items(), own.sizes.items())
-            for what, place in [
-                ("moved away from the origin (m)", change.moved)
-                if change.moved
-                else ("times as large", change.scale)
-            ]
+            for what, field, found in (
+                ("moved away from the origin (m)", "moved", own.distances),
+                ("times as large", "scale", own.sizes),
+            )
+            for change, changed in found.items()
+            for place in [getattr(change, field)]
         ]  # fmt: skip
 
 
@@ -138,49 +126,32 @@ def loads_moved_and_scaled(lab: Lab, engines: Sequence[str], limit: int) -> Load
     """
     able = [name for name in fixed_step_engines() if not engines or name in engines]
     answers = judge_changed(lab, able, limit, (AS_IT_IS, *DISTANCES, *SCALES), FOLDER)
-    sizes = size_rows(closed_forms_by_size(lab, able, f"{FOLDER}/sizes"))
+    sizes = closed_forms_by_size(lab, able, f"{FOLDER}/sizes")
     return Loads(summarise(answers), len(answers.cases), len(answers.clusters), sizes)
-
-
-def size_rows(found: Mapping[tuple[str, str, float], ClosedFormResult]) -> list[SizeRow]:
-    """Rows of the results by test, engine and edge."""
-    units = {test.name: test.error_unit for test in closed_form_tests()}
-    engines = dict.fromkeys(engine for _, engine, _ in found)
-
-    def error(result: ClosedFormResult) -> str:
-        return result.note or cell(None) if result.error is None else compact(result.error)
-
-    return [
-        SizeRow(test, units[test], edge, {own: error(found[test, own, edge]) for own in engines})
-        for test in TESTS
-        for edge in EDGES
-    ]
 
 
 def summarise(answers: Answers) -> list[Engine]:
     """A row an engine."""
-    double = [name for name in answers.engines if not capabilities(name).single_precision]
+    single = {name: capabilities(name).single_precision for name in answers.engines}
     hits = {
-        engine: {change: answers.changed(change, engine) for change in (*DISTANCES, *SCALES)}
-        for engine in answers.engines
+        change: {engine: answers.changed(change, engine) for engine in answers.engines}
+        for change in (*DISTANCES, *SCALES)
     }
-    rows = []
-    for engine, own in hits.items():
-        shares = {change: share(hit, answers.clusters) for change, hit in own.items()}
-        rows.append(
-            Engine(
-                engine=engine,
-                single=capabilities(engine).single_precision,
-                distances={change: shares[change] for change in DISTANCES},
-                sizes={change: shares[change] for change in SCALES},
-                excess={
-                    change: difference(
-                        hit, np.mean([hits[name][change] for name in double], axis=0),
-                        answers.clusters,
-                    )
-                    for change, hit in own.items()
-                    if double
-                },
+
+    def shares(engine: str, changes: Sequence[Change]) -> dict[Change, Estimate]:
+        return {change: share(hits[change][engine], answers.clusters) for change in changes}
+
+    def excess(engine: str) -> dict[Change, Estimate]:
+        double = [name for name in answers.engines if not single[name]]
+        return {
+            change: difference(
+                own[engine], np.mean([own[name] for name in double], axis=0), answers.clusters
             )
-        )  # fmt: skip
-    return rows
+            for change, own in hits.items()
+            if double
+        }
+
+    return [
+        Engine(name, single[name], shares(name, DISTANCES), shares(name, SCALES), excess(name))
+        for name in answers.engines
+    ]

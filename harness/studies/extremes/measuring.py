@@ -5,35 +5,27 @@ Each function runs one engine at one frequency and returns the outcome.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
 from enum import StrEnum
+from types import MappingProxyType
+from typing import NamedTuple
 
 import numpy as np
 
 from steadyload.engines.attitudes import rotate
-from steadyload.engines.registry import world_class
-from steadyload.engines.world import (
-    GRAVITY,
-    Box,
-    FixedStepWorld,
-    Poses,
-    Velocities,
-    WorldSettings,
-)
+from steadyload.engines.world import GRAVITY, Box, FixedStepWorld, Poses, Velocities, WorldSettings
 from steadyload.methods.simulation.criteria import Criterion, Examiner, euler_angles
 from steadyload.properties import closed_forms as runs
 from steadyload.properties import mechanics
 from steadyload.properties.closed_forms import Stage
-from steadyload.studies.extremes import scenes as scenes
+from steadyload.studies.extremes import scenes
 
 VERSION = 1
 """Version of the measurement: raised when the same engine gets another cell."""
 
-SECONDS = 0.3
-"""Simulated time of a placement, as the label has it."""
+SECONDS, LOOKS = 0.3, 10
+"""Simulated time of a placement, as the label has it, and at how many moments it is measured."""
 
-LOOKS = 10
 _HOPELESS = 2.0
 """Multiple of a threshold beyond which no box comes back within a placement."""
 
@@ -46,17 +38,11 @@ MOVED_AT_REST, TURNED_AT_REST = 1e-3, 0.5
 PUSHED = 1.0
 """Speed of a box that slides to a stop [m/s]."""
 
-SLIDE_SECONDS = 2.5
-"""Simulated time of a slide [s], longer than any in the sweep lasts."""
-
-FREE_SECONDS = 1.0
-"""Simulated time of a box without friction [s]."""
+SLIDE_SECONDS, FREE_SECONDS = 2.5, 1.0
+"""Simulated time of a box with friction, longer than any slides, and of one without [s]."""
 
 CLOSE, HELD = 0.02, 0.1
 """Relative errors up to which a result is close, and held."""
-
-BOUNCE_SLACK = 0.01
-"""Rebound that counts as none, as a share of the drop."""
 
 
 class Outcome(StrEnum):
@@ -79,40 +65,35 @@ class Outcome(StrEnum):
         return self in (Outcome.CLOSE, Outcome.HELD)
 
 
-@dataclass(frozen=True, slots=True)
-class Finding:
-    """Outcome of an engine in a cell, with its numbers."""
+class Finding(NamedTuple):
+    """Outcome of an engine in a cell, its numbers, and a remark."""
 
     outcome: Outcome
-    numbers: dict[str, float] = field(default_factory=dict)
+    numbers: Mapping[str, float] = MappingProxyType({})
     note: str = ""
 
 
 def settle(
     stage: Stage,
     boxes: Sequence[Box],
+    settings: WorldSettings | None = None,
     *,
-    friction: float = runs.FRICTION,
-    restitution: float = 0.0,
-    edge: float | None = None,
+    sized: bool = False,
 ) -> Finding:
     """One placement of boxes that are in balance: none may move.
 
     Args:
         stage: engine and frequency.
         boxes: at their planned poses.
-        friction: of every contact.
-        restitution: of every contact; it is emulated where the engine offers that.
-        edge: of the boxes [m], where the displacement thresholds are one edge, and a hundredth of
-            one at rest; None for the usual thresholds.
+        settings: of the world; None for the usual ones.
+        sized: whether displacement thresholds are an edge of the lowest box, and a hundredth of it
+            at rest, where that is less than the usual ones.
     """
-    emulate = frozenset({"restitution"}) if restitution else frozenset()
-    settings = WorldSettings(friction=friction, restitution=restitution, emulate=emulate)
     examiner = Examiner(boxes, Criterion.ADAMS, MOVED, TURNED)
     far, little = MOVED, MOVED_AT_REST
-    if edge is not None:
-        far, little = min(far, edge), min(little, 0.01 * edge)
-    with stage.scene(boxes, settings) as world:
+    if sized:
+        far, little = min(far, edge := boxes[0].size[0]), min(little, 0.01 * edge)
+    with stage.scene(boxes, settings or WorldSettings()) as world:
         before = energy(world)
         for _ in range(LOOKS):
             poses = stage.run(world, SECONDS / LOOKS)
@@ -154,7 +135,8 @@ def penetration(boxes: Sequence[Box], poses: Poses) -> float:
     reach = half[:, None] + half[None]
     gaps = np.abs(planned[:, None] - planned[None]) - reach
     now = reach - np.abs(poses.centres[:, None] - poses.centres[None])
-    deepest = float((half[:, 2] - poses.centres[:, 2])[_on_floor(planned, half)].max(initial=0.0))
+    on_floor = planned[:, 2] <= half[:, 2] * (1.0 + 1e-9)
+    deepest = float((half[:, 2] - poses.centres[:, 2])[on_floor].max(initial=0.0))
     for axis in range(3):
         others = [a for a in range(3) if a != axis]
         level = 1e-9 * float(half.max())
@@ -163,49 +145,25 @@ def penetration(boxes: Sequence[Box], poses: Poses) -> float:
     return deepest
 
 
-def _on_floor(planned: np.ndarray, half: np.ndarray) -> np.ndarray:
-    return planned[:, 2] <= half[:, 2] * (1.0 + 1e-9)
-
-
 def plate(stage: Stage, past_edge: float) -> Finding:
     """A plate before an edge stays, one past it falls; ``past_edge`` in m."""
     boxes = scenes.plate_on_table(past_edge)
     if past_edge < 0.0:
         return settle(stage, boxes)
-    with stage.scene(boxes, WorldSettings(friction=runs.FRICTION)) as world:
+    with stage.scene(boxes, WorldSettings()) as world:
         turned = float(runs.total_angles(stage.run(world, SECONDS))[1])
     fell = turned > TURNED
     return Finding(Outcome.CLOSE if fell else Outcome.FAILED, {"turned": turned})
-
-
-def items(stage: Stage, count: int) -> Finding:
-    """Cubes without gaps; a wall of one cube's depth for an engine with two dimensions."""
-    return settle(stage, scenes.pile(count, world_class(stage.engine).capabilities.dimensions))
-
-
-def grid(stage: Stage, *, friction: float = runs.FRICTION, restitution: float = 0.0) -> Finding:
-    """3 x 3 x 3 cubes without gaps; 3 x 3 for an engine with two dimensions."""
-    facts = world_class(stage.engine).capabilities
-    if _ignores_restitution(stage, restitution):
-        return Finding(Outcome.UNDEFINED, note="not defined: no restitution")
-    boxes = scenes.pile(3**facts.dimensions, facts.dimensions)
-    return settle(stage, boxes, friction=friction, restitution=restitution)
 
 
 def slide(stage: Stage, friction: float) -> Finding:
     """A flat box pushed along the floor comes to rest after v^2 / (2 mu g), or never."""
     seconds = SLIDE_SECONDS if friction else FREE_SECONDS
     expected = mechanics.stopping(PUSHED, friction) if friction else PUSHED * seconds
-    box = Box(runs.FLAT, 2.0, (0.0, 0.0, 0.5 * runs.FLAT[2]))
-    with stage.scene([box], WorldSettings(friction=friction)) as world:
+    with stage.scene(runs.stacked(runs.FLAT, [2.0]), WorldSettings(friction=friction)) as world:
         world.set_velocities(Velocities(np.array([[PUSHED, 0.0, 0.0]]), np.zeros((1, 3))))
         found = float(stage.run(world, seconds).centres[0, 0])
     return compared(found, expected)
-
-
-def bounce(stage: Stage, restitution: float) -> Finding:
-    """A cube that fell rebounds to e^2 of the height."""
-    return compared(runs.bounce(stage, restitution), restitution**2, slack=BOUNCE_SLACK)
 
 
 def tip(stage: Stage, past_edge: float) -> Finding:
@@ -213,11 +171,6 @@ def tip(stage: Stage, past_edge: float) -> Finding:
     size, angle = (runs.SIDE, runs.SIDE), float(np.radians(runs.TURNED))
     expected = mechanics.tipping_time(size, past_edge, angle)
     return compared(runs.time_to_turn(stage, past_edge), expected)
-
-
-def overhang(stage: Stage, count: int) -> Finding:
-    """The share of the harmonic overhangs at which a stack of blocks falls."""
-    return compared(runs.overhang(stage, count, width=0.01, resolution=1e-3), 1.0)
 
 
 def compared(found: float, expected: float, *, slack: float = 0.0) -> Finding:
@@ -229,8 +182,3 @@ def compared(found: float, expected: float, *, slack: float = 0.0) -> Finding:
     elif error <= HELD * abs(expected) + slack:
         outcome = Outcome.HELD
     return Finding(outcome, {"found": found, "expected": expected})
-
-
-def _ignores_restitution(stage: Stage, restitution: float) -> bool:
-    settings = WorldSettings(restitution=restitution, emulate=frozenset({"restitution"}))
-    return "restitution" in world_class(stage.engine).capabilities.ignored(settings)

@@ -4,6 +4,10 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import groupby
+from operator import attrgetter
 from typing import Any, ClassVar
 
 from steadyload.properties.closed_form_tests import ClosedFormResult, ClosedFormTest
@@ -18,13 +22,10 @@ from steadyload.studies.closed_form_errors import (
 from steadyload.studies.extremes.envelopes import EnvelopeRow, envelope_rows, from_here_on
 from steadyload.studies.extremes.loads import Loads
 from steadyload.studies.extremes.measuring import Outcome
-from steadyload.studies.extremes.sweeps import ExtremeCell, ExtremeSweep, sweeps
+from steadyload.studies.extremes.sweeps import SWEEPS, ExtremeCell, ExtremeSweep
 
 _SPOKEN_OF = (60, 240, 1000)
 """Frequencies in sentences and tables of numbers, where they were measured."""
-
-_USUAL = 240
-"""Substeps a second of the sentence that begins the page."""
 
 _CURVES = (30, 90, 240, 1000)
 """Frequencies of the panels that show errors against the value."""
@@ -65,51 +66,126 @@ class Values:
     found: Mapping[str, float | None] = column("{}", lambda number: compact(number, 3))
 
 
-@row
+@dataclass(frozen=True)
 class Swept:
-    """A sweep with its cells.
-
-    ``largest`` is of sweeps in which nothing may move; ``values`` and ``points``, errors at some
-    frequencies, are of those that are compared with a closed form.
-    """
+    """A sweep with its cells."""
 
     sweep: ExtremeSweep
     cells: Sequence[ExtremeCell]
-    largest: Sequence[Largest]
-    values: Sequence[Values]
-    points: Sequence[ErrorPoint]
+
+    @property
+    def largest(self) -> list[Largest]:
+        """The largest values held at some frequencies."""
+        found = {}
+        for cell in self.cells:
+            if cell.outcome.good and cell.frequency in (*_SPOKEN_OF, None):
+                at = cell.engine, cell.frequency
+                numbers = {title: cell.numbers.get(name) for name, title in _NUMBERS.items()}
+                found[at] = Largest(*at, cell.value, numbers)
+        return list(found.values())
+
+    @property
+    def values(self) -> list[Values]:
+        """Quantities that were found, below those of the closed form as the cells hold them."""
+        titles = {value: f"{self.sweep.axis} {value:g}" for value in self.sweep.values}
+        expected: dict[str, float | None] = dict.fromkeys(titles.values())
+        found: dict[tuple[str, str], dict[str, float | None]] = {}
+        for cell in self.cells:
+            at, run = titles[cell.value], (cell.engine, hertz(cell.frequency))
+            found.setdefault(run, {})[at] = cell.numbers.get("found")
+            expected[at] = cell.numbers.get("expected", expected[at])
+        runs = [Values(*run, own) for run, own in found.items()]
+        return [Values("closed form", "", expected), *runs]
+
+    @property
+    def tests(self) -> list[ClosedFormTest]:
+        """Its values as tests, in per cent of the closed form.
+
+        That of 0, where a box does not stop or rebound, is another test, and none of these.
+        """
+        s = self.sweep
+        return [
+            ClosedFormTest(
+                f"{value:g}", s.title, s.definition, 1.0, s.quantity, relative=True,
+                resolution=s.resolution, argument=value, argument_name=s.label,
+            )
+            for value in s.values
+            if value
+        ]  # fmt: skip
+
+    @property
+    def results(self) -> list[ClosedFormResult]:
+        """Errors in these tests, where the closed form is not 0."""
+        return [
+            ClosedFormResult(
+                f"{c.value:g}", c.engine, c.frequency, c.numbers["found"],
+                100.0 * (c.numbers["found"] - expected) / expected,
+            )
+            for c in self.cells
+            if (expected := c.numbers.get("expected"))
+        ]  # fmt: skip
+
+    @property
+    def points(self) -> list[ErrorPoint]:
+        """Errors by value at some frequencies."""
+        results = [r for r in self.results if r.frequency in (*_CURVES, None)]
+        return errors_by_argument(self.tests, results) if results else []
 
 
-@row
+@dataclass(frozen=True)
 class Found:
     """All results.
 
-    ``envelope`` and ``rests``: what was held at each frequency at the label's thresholds and at
-    those of rest; ``from_here_on`` and ``at_rest``: at that frequency and all higher ones.
-    ``loads``: what moved and scaled loads show; None where none was judged.
-    ``timeout``: of a cell [s]; ``made_by``: provenance of the measurement.
+    Attributes:
+        cells: by sweep, in the order of the page.
+        timeout: of a cell [s].
+        made_by: provenance of the measurement.
+        loads: what moved and scaled loads show; None where none was judged.
     """
 
-    swept: Sequence[Swept]
-    envelope: Sequence[EnvelopeRow]
-    rests: Sequence[EnvelopeRow]
-    from_here_on: Sequence[EnvelopeRow]
-    at_rest: Sequence[EnvelopeRow]
+    cells: Sequence[ExtremeCell]
     timeout: float
     made_by: Mapping[str, Any]
-    loads: Loads | None
+    loads: Loads | None = None
 
     titles: ClassVar[Mapping[Outcome, str]] = _TITLES
     tall: ClassVar[int] = 10
     """Stack height on a pallet [items]."""
     uneven: ClassVar[float] = 10.0
     """Mass ratio on a pallet, where weights are a few kilograms to tens of them."""
-    usual: ClassVar[int] = _USUAL
+    usual: ClassVar[int] = 240
+    """Substeps a second of the sentence that begins the page."""
+
+    @cached_property
+    def envelope(self) -> tuple[EnvelopeRow, ...]:
+        """Limits that were held at each frequency, at the label's thresholds."""
+        return envelope_rows(self.cells)
+
+    @cached_property
+    def rests(self) -> tuple[EnvelopeRow, ...]:
+        """The same at the thresholds of rest."""
+        return envelope_rows(self.cells, frozenset({Outcome.CLOSE}))
+
+    @property
+    def from_here_on(self) -> tuple[EnvelopeRow, ...]:
+        """Limits that were held at a frequency and at all higher ones."""
+        return from_here_on(self.envelope)
+
+    @property
+    def at_rest(self) -> tuple[EnvelopeRow, ...]:
+        """The same at the thresholds of rest."""
+        return from_here_on(self.rests)
 
     @property
     def made_with(self) -> Mapping[str, str]:
         """Provenance, at the foot of the page."""
         return provenance_lines(self.made_by)
+
+    @cached_property
+    def swept(self) -> list[Swept]:
+        """Sweeps that have cells."""
+        found = groupby(self.cells, key=attrgetter("sweep"))
+        return [Swept(SWEEPS[name], list(cells)) for name, cells in found]
 
     @property
     def resting(self) -> list[Swept]:
@@ -124,22 +200,24 @@ class Found:
     @property
     def points(self) -> list[ErrorPoint]:
         """Errors at the value that represents each sweep."""
-        return errors_by_frequency(
-            [_test(s, s.shown) for one in self.formulas if (s := one.sweep).shown is not None],
-            [result for one in self.formulas for result in _results(one.sweep, one.cells)],
-        )
+        return [
+            point
+            for one in self.formulas
+            for test in one.tests
+            if test.argument == one.sweep.shown
+            for point in errors_by_frequency([test], one.results)
+        ]
 
     @property
     def counted(self) -> Mapping[str, int]:
         """Number of cells by the title of their outcome."""
-        counted = Counter(cell.outcome for one in self.swept for cell in one.cells)
+        counted = Counter(cell.outcome for cell in self.cells)
         return {title: counted[outcome] for outcome, title in _TITLES.items()}
 
     @property
     def usually(self) -> list[EnvelopeRow]:
         """Rows at a usual frequency and above; none where no frequency up to it was measured."""
-        up_to = [r for r in self.from_here_on if r.frequency is None or r.frequency <= _USUAL]
-        last = {r.engine: r for r in up_to}
+        last = {r.engine: r for r in self.from_here_on if (r.frequency or 0) <= self.usual}
         return list(last.values()) if any(r.frequency for r in last.values()) else []
 
     @property
@@ -162,90 +240,11 @@ class Found:
         return found
 
     @property
-    def blind(self) -> list[EnvelopeRow]:
-        """Rows at which a plate over an edge is misjudged."""
-        return [one for one in self.envelope if not one.sees_falls]
-
-    @property
     def silent(self) -> Mapping[str, list[str]]:
         """Frequencies at which there was no verdict, by engine and sweep."""
         at: dict[str, dict[str, None]] = {}
-        for one in self.swept:
-            for cell in one.cells:
-                if cell.outcome is Outcome.NO_VERDICT:
-                    what = f"{cell.engine}, {one.sweep.title.lower()}"
-                    at.setdefault(what, {})[hertz(cell.frequency)] = None
+        for cell in self.cells:
+            if cell.outcome is Outcome.NO_VERDICT:
+                what = f"{cell.engine}, {SWEEPS[cell.sweep].title.lower()}"
+                at.setdefault(what, {})[hertz(cell.frequency)] = None
         return {what: list(frequencies) for what, frequencies in at.items()}
-
-
-def summarise(
-    cells: Sequence[ExtremeCell],
-    timeout: float,
-    made_by: Mapping[str, Any],
-    loads: Loads | None = None,
-) -> Found:
-    """The results that the page shows; sweeps without cells are left out."""
-    rows, strict = envelope_rows(cells), envelope_rows(cells, frozenset({Outcome.CLOSE}))
-    by_sweep: dict[str, list[ExtremeCell]] = {}
-    for cell in cells:
-        by_sweep.setdefault(cell.sweep, []).append(cell)
-    swept = [
-        Swept(sweep, own, _largest(own), _values(sweep, own), _points(sweep, own))
-        for name, sweep in sweeps().items()
-        if (own := by_sweep.get(name))
-    ]
-    held = from_here_on(rows), from_here_on(strict)
-    return Found(swept, rows, strict, *held, timeout, made_by, loads)
-
-
-def _largest(cells: Sequence[ExtremeCell]) -> list[Largest]:
-    """The largest values held at some frequencies."""
-    largest: dict[tuple[str, int | None], Largest] = {}
-    for cell in cells:
-        if cell.outcome.good and cell.frequency in (*_SPOKEN_OF, None):
-            numbers = {title: cell.numbers.get(name) for name, title in _NUMBERS.items()}
-            at = cell.engine, cell.frequency
-            largest[at] = Largest(*at, cell.value, numbers)
-    return list(largest.values())
-
-
-def _values(sweep: ExtremeSweep, cells: Sequence[ExtremeCell]) -> list[Values]:
-    """Quantities that were found, below those of the closed form as the cells hold them."""
-    titles = {value: f"{sweep.axis} {value:g}" for value in sweep.values}
-    expected: dict[str, float | None] = dict.fromkeys(titles.values())
-    found: dict[tuple[str, str], dict[str, float | None]] = {}
-    for cell in cells:
-        at, numbers = titles[cell.value], cell.numbers
-        found.setdefault((cell.engine, hertz(cell.frequency)), {})[at] = numbers.get("found")
-        expected[at] = numbers.get("expected", expected[at])
-    return [
-        Values("closed form", "", expected), *(Values(*run, own) for run, own in found.items())
-    ]  # fmt: skip
-
-
-def _points(sweep: ExtremeSweep, cells: Sequence[ExtremeCell]) -> list[ErrorPoint]:
-    """Errors by value; at 0, where a box does not stop or rebound, it is another test."""
-    tests = [_test(sweep, value) for value in sweep.values if value]
-    results = [r for r in _results(sweep, cells) if r.frequency in (*_CURVES, None)]
-    return errors_by_argument(tests, results) if results else []
-
-
-def _test(sweep: ExtremeSweep, value: float) -> ClosedFormTest:
-    """One value of a sweep as a test, in per cent of its closed form."""
-    return ClosedFormTest(
-        f"{sweep.name} {value:g}", sweep.title, sweep.definition, 1.0, sweep.quantity,
-        relative=True, resolution=sweep.resolution, argument=value, argument_name=sweep.label,
-    )  # fmt: skip
-
-
-def _results(sweep: ExtremeSweep, cells: Sequence[ExtremeCell]) -> list[ClosedFormResult]:
-    """Errors in per cent of the closed form, where that is not 0."""
-    results = []
-    for c in cells:
-        expected = c.numbers.get("expected")
-        if expected:
-            found = c.numbers["found"]
-            error = 100.0 * (found - expected) / expected
-            name = f"{sweep.name} {c.value:g}"
-            results.append(ClosedFormResult(name, c.engine, c.frequency, found, error))
-    return results

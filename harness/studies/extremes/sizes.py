@@ -10,6 +10,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from itertools import product
 
 from steadyload.engines.world import Box, FixedStepWorld, Poses, WorldSettings
 from steadyload.properties import closed_forms as measuring
@@ -20,6 +21,7 @@ from steadyload.properties.closed_form_tests import (
     result_of,
 )
 from steadyload.properties.closed_forms import Stage
+from steadyload.reports.columns import cell, column, compact, general, row
 from steadyload.runs.provenance import made_on
 from steadyload.studies.kit import Asked, Lab, asked
 
@@ -84,28 +86,37 @@ class SizeUnit(
         return result_of(_tests()[self.test], stage, FREQUENCY)
 
 
+@row
+class SizeRow:
+    """Results of a closed form at a size, by engine."""
+
+    test: str = column()
+    unit: str = column("in")
+    edge: float = column("edge, m", general)
+    errors: Mapping[str, ClosedFormResult] = column(
+        "{}", lambda one: one.note or cell(None) if one.error is None else compact(one.error)
+    )
+
+
 def _tests() -> dict[str, ClosedFormTest]:
     return {test.name: test for test in closed_form_tests() if test.name in TESTS}
 
 
-def closed_forms_by_size(
-    lab: Lab, engines: Sequence[str], folder: str
-) -> dict[tuple[str, str, float], ClosedFormResult]:
-    """Results by test, engine and edge; measured where they are missing.
+def closed_forms_by_size(lab: Lab, engines: Sequence[str], folder: str) -> list[SizeRow]:
+    """Errors by test and edge; measured where they are missing.
 
     Args:
         lab: where it runs.
         engines: names.
         folder: of the kept rows, in the work folder.
     """
+    known, made = _tests(), {engine: made_on(engine) for engine in engines}
     units = [
-        SizeUnit(test, engine, edge, made_on(engine))
-        for test in TESTS
-        for engine in engines
-        for edge in EDGES
+        SizeUnit(test, engine, edge, made[engine])
+        for test, edge, engine in product(TESTS, EDGES, engines)
     ]
-    found = lab.measure(units, ClosedFormResult, folder=folder, parallel=True)
-    return {
-        (unit.test, unit.engine, unit.edge): result
-        for unit, result in zip(units, found.rows, strict=True)
-    }
+    found = iter(lab.measure(units, ClosedFormResult, folder=folder, parallel=True).rows)
+    return [
+        SizeRow(test, known[test].error_unit, edge, {name: next(found) for name in engines})
+        for test, edge in product(TESTS, EDGES)
+    ]

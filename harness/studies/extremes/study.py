@@ -52,22 +52,15 @@ class Extremes(Study["Found"]):
         from steadyload.runs.provenance import provenance
         from steadyload.studies.extremes.loads import loads_moved_and_scaled
         from steadyload.studies.extremes.running import run_extremes
-        from steadyload.studies.extremes.showing import summarise
+        from steadyload.studies.extremes.showing import Found
         from steadyload.studies.extremes.sweeps import FREQUENCIES, TIMEOUT
 
         timeout = self.timeout or TIMEOUT
         made_by = provenance()  # of the code at the time of the measurement, not of later changes
-        cells = run_extremes(
-            lab.work,
-            only_engines=self.engines or None,
-            only_sweeps=self.sweeps or None,
-            frequencies=sorted(set(self.frequencies or FREQUENCIES)),
-            timeout=timeout,
-            workers=lab.workers,
-            progress=lambda *of: lab.progress("measuring", *of),
-        )
+        rates = sorted(set(self.frequencies or FREQUENCIES))
+        cells = run_extremes(lab, self.engines, self.sweeps, frequencies=rates, timeout=timeout)
         loads = loads_moved_and_scaled(lab, self.engines, self.loads) if self.loads else None
-        return summarise(cells, timeout, made_by, loads)
+        return Found(cells, timeout, made_by, loads)
 
     def beside(self, found: Found, folder: Path) -> None:
         """The file of envelopes, where that is asked for; it lies in the package."""

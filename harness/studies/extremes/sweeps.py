@@ -8,17 +8,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import cache, partial
+from functools import partial
 
 from steadyload.engines.registry import world_class
-from steadyload.engines.world import EngineError
+from steadyload.engines.world import Box, EngineError, WorldSettings
 from steadyload.methods.contract.method import Stopwatch, TimeoutExpiredError
 from steadyload.properties import closed_forms as runs
-from steadyload.properties.closed_forms import NoValueError, Stage
+from steadyload.properties.closed_forms import CUBE, SIDE, NoValueError, Stage, stacked
 from steadyload.studies.closed_form_errors import OWN_STEPS
-from steadyload.studies.extremes import measuring as extreme_runs
-from steadyload.studies.extremes import scenes
-from steadyload.studies.extremes.measuring import Finding, Outcome
+from steadyload.studies.extremes import measuring, scenes
+from steadyload.studies.extremes.measuring import Finding, Outcome, compared, settle
 
 VERSION = 1
 """Version of values, limits and scenes of the sweeps: raised when cells change."""
@@ -31,19 +30,16 @@ SAMPLING = 240
 TIMEOUT = 30.0
 """Default time limit of a cell [s of CPU time]."""
 
-_HEIGHTS = (1, 2, 3, 5, 7, 10, 15, 20, 25, 30, 40, 50, 60, 70, 85, 100)
 _RATIOS = (1, 3, 10, 30, 100, 300, 1e3, 3e3, 1e4, 3e4, 1e5, 3e5, 1e6)
 _SIZES = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
-_COUNTS = (1, 2, 5, 10, 20, 35, 50, 75, 100, 150, 200)
-_PLATES = (1, 2, 3, 5, 8, 10, 15, 20, 30, 40, 50)
 _FRICTIONS = (0, 0.05, 0.1, 0.2, 0.3, 0.5, 0.7, 1, 1.5, 2)
 _RESTITUTIONS = (0, 0.1, 0.2, 0.3, 0.5, 0.7, 0.8, 0.9, 0.95)
-_STOPS = 3
 
 _REST = "no box moved by more than 1 mm or turned by more than 0.5 degrees"
 _LABEL = "no box moved by more than 10 cm or turned by more than 10 degrees"
-_NEAR = f"within {100 * extreme_runs.CLOSE:g} % of the closed form"
-_ROUGH = f"within {100 * extreme_runs.HELD:g} %"
+_NEAR = f"within {100 * measuring.CLOSE:g} % of the closed form"
+_ROUGH = f"within {100 * measuring.HELD:g} %"
+_SIDE = f"{100 * SIDE:g} cm"
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,9 +57,9 @@ class ExtremeSweep:
     title: str
     definition: str
     axis: str
-    unit: str
     values: tuple[float, ...]
     measure: Callable[[Stage, float], Finding]
+    unit: str = ""
     close: str = _REST
     held: str = _LABEL
     quantity: str = ""
@@ -100,18 +96,13 @@ class ExtremeCell:
         return OWN_STEPS if self.frequency is None else f"{self.frequency}"
 
 
-def sweep_names() -> tuple[str, ...]:
-    """Names of all sweeps, in the order of the page."""
-    return tuple(sweeps())
-
-
 def measure_cell(
     sweep: str, engine: str, frequency: int | None, value: float, timeout: float = TIMEOUT
 ) -> ExtremeCell:
     """Measure one cell. Failures of the engine are outcomes, not exceptions.
 
     Args:
-        sweep: one of :func:`sweep_names`.
+        sweep: a name of :data:`SWEEPS`.
         engine: a registered name.
         frequency: substeps a second; None for an engine that chooses its own steps.
         value: on the sweep's axis, in its unit.
@@ -121,130 +112,135 @@ def measure_cell(
     watch = Stopwatch(timeout)
     stage = Stage(engine, frequency or SAMPLING, watch)
     try:
-        finding = sweeps()[sweep].measure(stage, value)
+        finding = SWEEPS[sweep].measure(stage, value)
     except TimeoutExpiredError as reason:
         finding = Finding(Outcome.NO_VERDICT, note=str(reason))
     except NoValueError as reason:
-        undefined = str(reason).startswith("not defined")
+        undefined = str(reason).startswith(runs.UNDEFINED)
         outcome = Outcome.UNDEFINED if undefined else Outcome.FAILED
         finding = Finding(outcome, note=str(reason))
     except EngineError as failure:
         finding = Finding(Outcome.NO_VERDICT, note=f"error: {failure}")
-    numbers = finding.numbers | {"cpu": 1e3 * watch.stop()[0].total}
+    numbers = {**finding.numbers, "cpu": 1e3 * watch.stop()[0].total}
     return ExtremeCell(sweep, engine, frequency, value, finding.outcome, numbers, finding.note)
 
 
+def _block(stage: Stage) -> list[Box]:
+    """3 x 3 x 3 cubes without gaps; 3 x 3 for an engine with two dimensions."""
+    return scenes.pile(3**stage.facts.dimensions, stage.facts.dimensions)
+
+
+_stable = partial(ExtremeSweep, stops=3)
+_sized = partial(
+    ExtremeSweep, axis="edge", unit="cm", values=_SIZES,
+    close="as elsewhere, but moved by at most a hundredth of an edge where that is less",
+    held="as elsewhere, but moved by at most one edge where that is less",
+)  # fmt: skip
 _formula = partial(ExtremeSweep, close=_NEAR, held=_ROUGH)
-"""A sweep that is compared with a closed form."""
+"""Sweeps that end after some failures, of the size of cubes, and compared with a closed form."""
 
-
-@cache
-def sweeps() -> dict[str, ExtremeSweep]:
-    """All sweeps by name, in the order of the page."""
-    side = f"{100 * scenes.SIDE:g} cm"
-    little = "as elsewhere, but moved by at most a hundredth of an edge where that is less"
-    far = "as elsewhere, but moved by at most one edge where that is less"
-    defined = (
-        ExtremeSweep(
-            "tower", "Tower", f"Equal cubes of {side} on top of each other.", "cubes", "",
-            _HEIGHTS, lambda stage, n: extreme_runs.settle(stage, scenes.tower(round(n))),
-            stops=_STOPS,
+SWEEPS = {
+    sweep.name: sweep
+    for sweep in (
+        _stable(
+            "tower", "Tower", f"Equal cubes of {_SIDE} on top of each other.", "cubes",
+            (1, 2, 3, 5, 7, 10, 15, 20, 25, 30, 40, 50, 60, 70, 85, 100),
+            lambda stage, n: settle(stage, scenes.tower(round(n))),
         ),
         ExtremeSweep(
             "heavy-on-light", "Heavy on light",
-            f"A cube of {side} on another one, heavier by the mass ratio r: root r kg on "
+            f"A cube of {_SIDE} on another one, heavier by the mass ratio r: root r kg on "
             "1 / root r kg.",
-            "mass ratio", "", _RATIOS,
-            lambda stage, r: extreme_runs.settle(stage, scenes.loaded((r**-0.5, r**0.5))),
+            "mass ratio", _RATIOS,
+            lambda stage, r: settle(stage, stacked(CUBE, (r**-0.5, r**0.5))),
         ),
         ExtremeSweep(
             "heavy-on-two", "Heavy on two light ones",
-            "The same heavy cube on a tower of two light ones.",
-            "mass ratio", "", _RATIOS,
-            lambda stage, r: extreme_runs.settle(
-                stage, scenes.loaded((r**-0.5, r**-0.5, r**0.5))
-            ),
+            "The same heavy cube on a tower of two light ones.", "mass ratio", _RATIOS,
+            lambda stage, r: settle(stage, stacked(CUBE, (r**-0.5, r**-0.5, r**0.5))),
         ),
         ExtremeSweep(
             "light-on-heavy", "Light on heavy", "The light cube on the heavy one.",
-            "mass ratio", "", _RATIOS,
-            lambda stage, r: extreme_runs.settle(stage, scenes.loaded((r**0.5, r**-0.5))),
+            "mass ratio", _RATIOS, lambda stage, r: settle(stage, stacked(CUBE, (r**0.5, r**-0.5))),
         ),
-        ExtremeSweep(
-            "size-two", "Size of two cubes",
-            "A cube on an equal one, of the density of water.", "edge", "cm", _SIZES,
-            lambda stage, cm: extreme_runs.settle(
-                stage, scenes.tower(2, 0.01 * cm), edge=0.01 * cm
-            ),
-            close=little, held=far,
+        _sized(
+            "size-two", "Size of two cubes", "A cube on an equal one, of the density of water.",
+            measure=lambda stage, cm: settle(stage, scenes.tower(2, 0.01 * cm), sized=True),
         ),
-        ExtremeSweep(
-            "size-five", "Size of five cubes", "A tower of five such cubes.", "edge", "cm", _SIZES,
-            lambda stage, cm: extreme_runs.settle(
-                stage, scenes.tower(5, 0.01 * cm), edge=0.01 * cm
-            ),
-            close=little, held=far,
+        _sized(
+            "size-five", "Size of five cubes", "A tower of five such cubes.",
+            measure=lambda stage, cm: settle(stage, scenes.tower(5, 0.01 * cm), sized=True),
         ),
-        ExtremeSweep(
+        _stable(
             "items", "Number of items",
-            f"Cubes of {side} without gaps, layer by layer, as nearly a cube as can be; in two "
+            f"Cubes of {_SIDE} without gaps, layer by layer, as nearly a cube as can be; in two "
             "dimensions a square wall.",
-            "cubes", "", _COUNTS, lambda stage, n: extreme_runs.items(stage, round(n)),
-            stops=_STOPS,
+            "cubes", (1, 2, 5, 10, 20, 35, 50, 75, 100, 150, 200),
+            lambda stage, n: settle(stage, scenes.pile(round(n), stage.facts.dimensions)),
         ),
-        ExtremeSweep(
-            "plates", "Pile of plates", "Plates of 1 x 100 x 100 cm, 10 kg each.",
-            "plates", "", _PLATES,
-            lambda stage, n: extreme_runs.settle(stage, scenes.plates(round(n))), stops=_STOPS,
+        _stable(
+            "plates", "Pile of plates", "Plates of 1 x 100 x 100 cm, 10 kg each.", "plates",
+            (1, 2, 3, 5, 8, 10, 15, 20, 30, 40, 50),
+            lambda stage, n: settle(stage, scenes.plates(round(n))),
         ),
         ExtremeSweep(
             "plate-on-edge", "Plate over an edge",
             "One such plate on a fixed table, its centre of mass before the edge (negative), where "
             "it stays, or past it, where it turns by more than 10 degrees within 0.3 s.",
-            "past the edge", "cm", (-10, -5, -2, 5, 10),
-            lambda stage, cm: extreme_runs.plate(stage, 0.01 * cm),
+            "past the edge", (-10, -5, -2, 5, 10),
+            lambda stage, cm: measuring.plate(stage, 0.01 * cm), unit="cm",
             close="it stays within 1 mm and 0.5 degrees, or it falls",
             held="it stays within 10 cm and 10 degrees",
         ),
         ExtremeSweep(
             "grid-friction", "Grid at a friction",
-            f"3 x 3 x 3 cubes of {side} without gaps (3 x 3 in two dimensions) at a friction.",
-            "friction", "", _FRICTIONS, lambda stage, f: extreme_runs.grid(stage, friction=f),
+            f"3 x 3 x 3 cubes of {_SIDE} without gaps (3 x 3 in two dimensions) at a friction.",
+            "friction", _FRICTIONS,
+            lambda stage, f: settle(stage, _block(stage), WorldSettings(friction=f)),
         ),
         ExtremeSweep(
             "grid-restitution", "Grid at a restitution",
             "The same grid at friction 0.5 and a restitution; where an engine imitates it on "
             "request, it is asked to.",
-            "restitution", "", _RESTITUTIONS,
-            lambda stage, e: extreme_runs.grid(stage, restitution=e),
+            "restitution", _RESTITUTIONS,
+            lambda stage, e: settle(
+                stage, _block(stage), runs.bouncing(stage, e) if e else WorldSettings()
+            ),
         ),
         _formula(
             "sliding", "Sliding to a stop",
-            f"Way of a flat box from {extreme_runs.PUSHED:g} m/s to rest on level ground: "
+            f"Way of a flat box from {measuring.PUSHED:g} m/s to rest on level ground: "
             "v^2 / (2 mu g); without friction it keeps its speed.",
-            "friction", "", _FRICTIONS, extreme_runs.slide, quantity="way (m)", shown=0.5,
+            "friction", _FRICTIONS, measuring.slide, quantity="way (m)", shown=0.5,
         ),
         _formula(
             "bounce", "Bounce",
             f"Height to which a cube rebounds over the {runs.DROP:g} m from which it fell: e^2.",
-            "restitution", "", _RESTITUTIONS, extreme_runs.bounce, quantity="rebound", shown=0.5,
+            "restitution", _RESTITUTIONS,
+            # A hundredth of the drop counts as no rebound.
+            lambda stage, e: compared(runs.bounce(stage, e), e**2, slack=0.01),
+            quantity="rebound", shown=0.5,
             held=f"{_ROUGH}; at either limit a tenth of it, in per cent of the drop, on top",
         ),
         _formula(
             "tipping", "Tipping",
-            f"Time in which a cube of {side} with its centre of mass past the edge of a fixed one "
+            f"Time in which a cube of {_SIDE} with its centre of mass past the edge of a fixed one "
             "turns by 10 degrees, against the equation of the pendulum.",
-            "past the edge", "mm", (1, 2, 5, 10, 20),
-            lambda stage, mm: extreme_runs.tip(stage, 1e-3 * mm), quantity="time (s)", shown=10,
+            "past the edge", (1, 2, 5, 10, 20),
+            lambda stage, mm: measuring.tip(stage, 1e-3 * mm), unit="mm", quantity="time (s)",
+            shown=10,
         ),
         _formula(
             "overhang", "Harmonic overhang",
             "Blocks of 20 x 10 x 5 cm, each standing out over the one below by f L / 2k: the f "
             "from which on a block turns by 10 degrees within 2 s, by bisection to 0.001; next "
             "to 1.",
-            "blocks", "", (2, 3, 4, 6, 8),
-            lambda stage, n: extreme_runs.overhang(stage, round(n)), quantity="f", shown=4,
-            resolution=0.1,
+            "blocks", (2, 3, 4, 6, 8),
+            lambda stage, n: compared(
+                runs.overhang(stage, round(n), width=0.01, resolution=1e-3), 1.0
+            ),
+            quantity="f", shown=4, resolution=0.1,
         ),
-    )  # fmt: skip
-    return {sweep.name: sweep for sweep in defined}
+    )
+}  # fmt: skip
+"""All sweeps by name, in the order of the page."""
