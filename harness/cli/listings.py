@@ -55,8 +55,11 @@ class Engines:
 
     def run(self) -> None:
         """Print engines and settings."""
-        from steadyload.studies.engines.settings import engine_records
-        from steadyload.studies.engines.settings_page import engines_markdown, engines_rows
+        from steadyload.studies.engines.settings_page import (
+            engine_records,
+            engines_markdown,
+            engines_rows,
+        )
 
         records = engine_records()
         if self.markdown:

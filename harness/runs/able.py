@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterable, Sequence
 
 from steadyload.engines.errors import EngineNotInstalledError
 from steadyload.engines.registry import capabilities, engines_here
-from steadyload.engines.world import Capabilities
 from steadyload.errors import nearest
 from steadyload.layouts.model.question import Question
 from steadyload.methods.contract.method import Method
@@ -81,12 +80,13 @@ def fixed_step_engines(only: Sequence[str] = ()) -> tuple[str, ...]:
     Raises:
         StudyError: a wanted one is none of these.
     """
-    found = tuple(name for name in engines_here() if _takes_part(capabilities(name)))
+    found = tuple(name for name in spatial_engines() if not capabilities(name).error_controlled)
     for name in only:
         if name not in found:
             raise StudyError(f"engine {name!r}: {nearest(name, found)}")
     return tuple(name for name in found if not only or name in only)
 
 
-def _takes_part(facts: Capabilities) -> bool:
-    return facts.dimensions == 3 and not facts.error_controlled
+def spatial_engines() -> tuple[str, ...]:
+    """Names of the engines of three dimensions that are here."""
+    return tuple(name for name in engines_here() if capabilities(name).dimensions == 3)

@@ -104,7 +104,7 @@ def test_a_verdict_that_is_lost_or_another_counts_as_changed():
     for kind, counts in (("items", [1, 1, 2]), ("height", [1, 1, 2]), ("masses", [2, 1, 1])):
         (group,) = accuracy.groups[kind]
         assert [share.n for share in group.accuracy.values()] == counts
-    section, *_ = EngineStudy().page(Found(None, [], [], [], [], accuracy, {})).sections
+    section, *_ = EngineStudy().page(Found({}, accuracy=accuracy)).sections
     assert "75.0 [30.1, 95.4] % (mujoco) of 4 cases of 4 item lists." in section.placed[0]
     assert sum(not isinstance(block, str) for block in section.placed) == 4
 

@@ -5,11 +5,9 @@ import pytest
 from steadyload.layouts.model.question import Question
 from steadyload.reports.table import percent
 from steadyload.statistics.estimate import Estimate
-from steadyload.statistics.variance import SourceShare
-from steadyload.studies.engines.accuracy import ALL, Accuracy, Group
 from steadyload.studies.engines.agreeing import FREQUENCIES, Agreement, OptionEffect, Pair, Untuned
 from steadyload.studies.engines.showing import Found
-from steadyload.studies.engines.sources import ANSWERS, Design, SourceTable
+from steadyload.studies.engines.sources import ANSWERS, Design, Source, SourceTable
 from steadyload.studies.engines.speed import Gain, SpeedCurve, SpeedPoint, Throughput
 from steadyload.studies.engines.study import EngineStudy
 from steadyload.studies.kit import Lab
@@ -24,7 +22,7 @@ def about(value):
 
 def made_up(parameters, shares, questions=(Question.WITHIN,), answer=PLACED):
     factors = [("engine",), ("parameters",), ("engine", "parameters")]
-    found = [SourceShare(f, *3 * [about(v)]) for f, v in zip(factors, shares, strict=True)]
+    found = [Source("", f, *3 * [about(v)]) for f, v in zip(factors, shares, strict=True)]
     return SourceTable(
         Design("lists", parameters, questions), answer, 299, 50, 1, 0.5, tuple(found)
     )
@@ -34,11 +32,6 @@ FOUR = made_up(("ps3-literal", "ps_opt"), (0.147, 0.555, 0.298))
 TWO = made_up(("ps_opt", "label"), (0.530, 0.083, 0.387))
 LIKE_TWO = made_up(("ps_opt",), (0.6, 0.1, 0.3))
 ASKED_BOTH = made_up(("ps_opt",), (0.25, 0.61, 0.14), BOTH)
-
-
-def found(**parts):
-    empty = dict.fromkeys(("options", "curves", "rates", "tables"), ())
-    return Found(**{"agreement": None, "accuracy": None, "made_with": {}} | empty | parts)
 
 
 @pytest.mark.parametrize(
@@ -52,7 +45,7 @@ def found(**parts):
     ],
 )
 def test_designs_of_one_question_lead(tables, leading, depends):
-    page = found(tables=tables)
+    page = Found({}, tables=tables)
     assert page.leading == leading
     assert page.depends is depends
     assert [share.factors for share in TWO.single] == [("engine",), ("parameters",)]
@@ -71,13 +64,9 @@ def test_the_page_shows_every_part(assert_shown):
         SpeedPoint(10, 2.0, 0.5, 1.0, 0.2, 0.8, 0.1, 3),
         SpeedPoint(20, 5, 1, 3, 1, None, None, 3),
     )
-    groups = {
-        ALL: [Group("bullet", True, {ALL: about(0.75)})],
-        "items": [Group("bullet", True, {"up to 10 items": about(0.8)})],
-    }
-    everything = found(
+    everything = Found(
+        {},
         agreement=agreement,
-        accuracy=Accuracy(40, 20, groups),
         options=[OptionEffect("local scope", {"bullet": about(0.1)}, {"bullet": 0.5})],
         curves=[SpeedCurve("bullet", "pile", "all", points, 1.2)],
         rates=[Gain(Throughput("bullet", 60, 10.0, 18.0), 1.8)],
@@ -91,11 +80,15 @@ def test_the_page_shows_every_part(assert_shown):
         everything,
         answer=[*map(percent, whole), percent(about(0.7)), percent(about(0.9)), 240, 50],
         tables=[
-            *(table.rows for table in everything.tables),
-            *groups.values(),
+            *(table.shares for table in everything.tables),
             *(agreement.pairs, agreement.engines, agreement.engines),
-            *(everything.options, everything.options),
-            *(everything.costs, everything.curves, everything.rates),
+            *(
+                everything.options,
+                everything.options,
+                everything.costs,
+                everything.curves,
+                everything.rates,
+            ),
         ],
         charts=["sources", "convergence", "growth"],
     )

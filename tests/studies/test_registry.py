@@ -23,8 +23,7 @@ from steadyload.properties.registry import PROPERTIES
 from steadyload.reports.style import colour, marker
 from steadyload.runs.able import asked_question, fixed_step_engines
 from steadyload.studies import published, registry
-from steadyload.studies.engines.settings import engine_records
-from steadyload.studies.engines.settings_page import engines_markdown
+from steadyload.studies.engines.settings_page import engine_records, engines_markdown
 from steadyload.studies.evaluation.judging import Options, standard_methods
 from steadyload.studies.registry import STUDIES, study
 from steadyload.studies.speed.running import step_shares

@@ -30,8 +30,7 @@ from steadyload.runs.definition import load_study
 from steadyload.runs.results import load_manifest, load_results, result_store
 from steadyload.runs.runner import run_study
 from steadyload.statistics.estimate import Estimate
-from steadyload.studies.engines.settings import engine_records
-from steadyload.studies.engines.settings_page import engines_markdown
+from steadyload.studies.engines.settings_page import engine_records, engines_markdown
 from steadyload.studies.report.comparing import compare
 from steadyload.studies.report.study import RunReport
 

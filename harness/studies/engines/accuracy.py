@@ -5,22 +5,23 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from steadyload.engines.registry import capabilities
 from steadyload.reports.columns import column, percent, row
 from steadyload.runs.able import fixed_step_engines
+from steadyload.runs.comparison import Compared
 from steadyload.statistics.estimate import NOTHING, Estimate
-from steadyload.statistics.metrics import share
 from steadyload.studies.changed_loads import AS_IT_IS, Answers, judge_changed
 from steadyload.studies.kit import Lab
 
-_ITEMS = (10, 15)
-_HEIGHTS = (30.0, 80.0)
-_RATIOS = (10.0, 100.0)
-"""Bounds between the groups of cases; heights in cm."""
-
 ALL = "all"
+
+KINDS = {
+    "items": ("items", (10, 15), "items"),
+    "height": ("height", (30.0, 80.0), "cm"),
+    "masses": ("mass_ratio", (10.0, 100.0), "to 1"),
+}
+"""Kind of group -> column of the cases, bounds between the groups, and their unit."""
 
 
 @row
@@ -64,40 +65,23 @@ def accuracy_by_load(lab: Lab, limit: int) -> Accuracy:
 def summarised(answers: Answers) -> Accuracy:
     """The accuracies of verdicts on unchanged loads."""
     cases, clusters = answers.cases, answers.clusters
-    kinds = {
-        ALL: {ALL: np.ones(len(cases), dtype=bool)},
-        "items": _between(cases["items"].to_numpy(), _ITEMS, "items"),
-        "height": _between(cases["height"].to_numpy(), _HEIGHTS, "cm"),
-        "masses": _between(cases["mass_ratio"].to_numpy(), _RATIOS, "to 1"),
-    }
+    right = {engine: answers.right(engine) for engine in answers.engines}
+    compared = Compared(right, clusters.member)
 
-    def accuracy(engine: str, own: NDArray[np.bool_]) -> Estimate:
-        right = answers.right(engine)
-        return share(right[own], clusters.member[own]) if own.any() else NOTHING
+    def groups(names: Sequence[str], number: np.ndarray) -> list[Group]:
+        found = {names[of.name]: of.accuracy for of in compared.slices(number)}
+        return [
+            Group(
+                engine,
+                capabilities(engine).single_precision,
+                {name: found[name][engine] if name in found else NOTHING for name in names},
+            )
+            for engine in answers.engines
+        ]
 
-    return Accuracy(
-        len(cases),
-        len(clusters),
-        {
-            kind: [
-                Group(
-                    engine,
-                    capabilities(engine).single_precision,
-                    {name: accuracy(engine, own) for name, own in groups.items()},
-                )
-                for engine in answers.engines
-            ]
-            for kind, groups in kinds.items()
-        },
-    )
-
-
-def _between(
-    values: NDArray[np.float64], bounds: tuple[float, float], unit: str
-) -> dict[str, NDArray[np.bool_]]:
-    low, high = bounds
-    return {
-        f"up to {low:g} {unit}": values <= low,
-        f"above {low:g}, to {high:g} {unit}": (values > low) & (values <= high),
-        f"above {high:g} {unit}": values > high,
-    }
+    kinds = {ALL: groups([ALL], np.zeros(len(cases), dtype=int))}
+    for kind, (of, (low, high), unit) in KINDS.items():
+        above = f"above {low:g}, to {high:g} {unit}", f"above {high:g} {unit}"
+        number = np.digitize(cases[of], (low, high), right=True)
+        kinds[kind] = groups([f"up to {low:g} {unit}", *above], number)
+    return Accuracy(len(cases), len(clusters), kinds)

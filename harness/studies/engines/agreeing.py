@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from typing import NamedTuple
 
-import pandas as pd
-
-from steadyload.engines.registry import engines_here, world_class
-from steadyload.methods.contract.method import Status
+from steadyload.engines.registry import capabilities
+from steadyload.engines.world import Support
 from steadyload.methods.registry import make_method
 from steadyload.reports.columns import column, milliseconds, percent, row, significant
+from steadyload.runs.able import spatial_engines
 from steadyload.runs.definition import StudyDefinition
-from steadyload.runs.results import load_results
+from steadyload.runs.evaluation import Evaluation, evaluate
 from steadyload.runs.runner import run_study
 from steadyload.statistics.estimate import Estimate
-from steadyload.statistics.metrics import mean, share
-from steadyload.statistics.placed import items_placed_by_case
+from steadyload.statistics.metrics import agreement, same, share
 from steadyload.studies.kit import Lab
 
 BASE = "t_max=0.3,eps_t=10,eps_r=10,friction=0.5,between_steps=reseat"
@@ -43,9 +41,6 @@ OPTIONS: dict[str, tuple[str, str]] = {
     "carry instead of reseat": ("samples=1", "samples=1,between_steps=carry"),
 }  # fmt: skip
 """Option -> (parameters without it, parameters with it)."""
-
-_OPTION_FREQUENCY = 240
-_SHARD = 25
 
 
 @row
@@ -127,42 +122,21 @@ class Drawn:
     most_items: int | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class _Answers:
-    """Verdicts of a method on all layouts (failing step, J when stable, or status), and CPU ms."""
-
-    said: list[int | str]
-    cpu: list[float]
-    items: list[int]
-
-
-def _ask(lab: Lab, name: str, specs: Sequence[str], drawn: Drawn) -> list[_Answers]:
-    """Answers of all methods, judged where they are missing; methods take turns at some layouts."""
-    asked = [str(make_method(spec).spec) for spec in specs]
+def _judged(lab: Lab, name: str, specs: Iterable[str], drawn: Drawn) -> Evaluation:
+    """All methods, judged where that is missing; methods take turns at some layouts."""
     definition = StudyDefinition(
         f"engines, {name}",
-        tuple(dict.fromkeys(asked)),
+        tuple(dict.fromkeys(specs)),
         generated=drawn.count,
         seed=drawn.seed,
         max_items=drawn.most_items,
-        shard_size=_SHARD,
+        shard_size=25,
     )
     run_study(
         definition, lab.work / name, workers=lab.workers,
         progress=lambda *of: lab.progress(name, *of),
     )  # fmt: skip
-    columns = ["layout", "method", "status", "failing_step", "item_count", "cpu_total"]
-    rows = load_results(lab.work / name, columns).sort_values("layout")
-    by_method = {spec: _answers(own) for spec, own in rows.groupby("method")}
-    return [by_method[spec] for spec in asked]
-
-
-def _answers(rows: pd.DataFrame) -> _Answers:
-    items = rows["item_count"].tolist()
-    steps = items_placed_by_case(rows["failing_step"], rows["item_count"]).tolist()
-    done = (rows["status"] == str(Status.DONE)).tolist()
-    said = [step if ok else why for step, ok, why in zip(steps, done, rows["status"], strict=True)]
-    return _Answers(said, (1e3 * rows["cpu_total"]).tolist(), items)
+    return evaluate(lab.work / name)
 
 
 def engine_agreement(lab: Lab, drawn: Drawn, frequencies: Sequence[int] = FREQUENCIES) -> Agreement:
@@ -173,32 +147,28 @@ def engine_agreement(lab: Lab, drawn: Drawn, frequencies: Sequence[int] = FREQUE
         drawn: the layouts.
         frequencies: substeps a second.
     """
-    engines = _spatial_engines()
-    asked = [(frequency, engine) for frequency in frequencies for engine in engines]
-    specs = [f"simulation@{e}:{BASE},frequency={f},samples=1" for f, e in asked]
-    found = dict(zip(asked, _ask(lab, "agreement", specs, drawn), strict=True))
-
-    def same(frequency: int, first: str, second: str) -> Estimate:
-        return share(_equal(found[frequency, first].said, found[frequency, second].said))
-
+    engines = spatial_engines()
+    specs = {
+        (engine, f): str(make_method(f"simulation@{engine}:{BASE},frequency={f},samples=1").spec)
+        for f in frequencies
+        for engine in engines
+    }
+    found = _judged(lab, "agreement", specs.values(), drawn)
+    said, rows = found.judged.said, {at: found.row(spec) for at, spec in specs.items()}
     return Agreement(
         [
-            Pair((a, b), {f: same(f, a, b) for f in frequencies})
+            Pair((a, b), {f: agreement(said, specs[a, f], specs[b, f]) for f in frequencies})
             for a, b in combinations(engines, 2)
         ],
         [
             Untuned(
                 engine,
-                {f: share(_stable(found[f, engine])) for f in frequencies},
-                {f: mean(found[f, engine].cpu) for f in frequencies},
+                {f: rows[engine, f].fully_stable for f in frequencies},
+                {f: rows[engine, f].cpu for f in frequencies},
             )
             for engine in engines
         ],
     )
-
-
-def _stable(answers: _Answers) -> list[bool]:
-    return [said == count for said, count in zip(answers.said, answers.items, strict=True)]
 
 
 def option_effects(lab: Lab, drawn: Drawn) -> list[OptionEffect]:
@@ -206,48 +176,29 @@ def option_effects(lab: Lab, drawn: Drawn) -> list[OptionEffect]:
 
     Args: as those of :func:`engine_agreement`.
     """
-    asked = [
-        (title, engine, *_without_and_with(engine, without, given))
-        for title, (without, given) in OPTIONS.items()
-        for engine in _spatial_engines()
-        if not ("solver_iterations" in given and _ignores(engine, "solver_iterations"))
-    ]
-    specs = [spec for *_, without, given in asked for spec in (without, given)]
-    answers = iter(_ask(lab, "options", specs, drawn))
-    both = {(title, engine): (next(answers), next(answers)) for title, engine, *_ in asked}
+    specs = {
+        title: {
+            engine: without_and_with(engine, *parameters)
+            for engine in spatial_engines()
+            if "solver_iterations" not in parameters[1]
+            or capabilities(engine).settings["solver_iterations"].support != Support.IGNORED
+        }
+        for title, parameters in OPTIONS.items()
+    }
+    asked = [spec for own in specs.values() for both in own.values() for spec in both]
+    found = _judged(lab, "options", asked, drawn)
     return [
         OptionEffect(
             title,
-            {e: share(_differ(*both[t, e])) for t, e in both if t == title},
-            {e: _cost_ratio(*both[t, e]) for t, e in both if t == title},
+            {engine: share(~same(found.judged.said, *both)) for engine, both in own.items()},
+            {e: found.cost_ratio(given, without).value for e, (without, given) in own.items()},
         )
-        for title in OPTIONS
+        for title, own in specs.items()
     ]
 
 
-def _differ(before: _Answers, after: _Answers) -> list[bool]:
-    return [not equal for equal in _equal(before.said, after.said)]
-
-
-def _cost_ratio(before: _Answers, after: _Answers) -> float:
-    return sum(after.cpu) / sum(before.cpu)
-
-
-def _without_and_with(engine: str, without: str, given: str) -> tuple[str, str]:
-    """Specs without an option and with it."""
-    base = f"simulation@{engine}:{BASE},frequency={_OPTION_FREQUENCY}"
+def without_and_with(engine: str, without: str, given: str) -> tuple[str, str]:
+    """Specs at 240 Hz without an option and with it, of a line of :data:`OPTIONS`."""
+    base = f"simulation@{engine}:{BASE},frequency=240"
     start = base.replace(",between_steps=reseat", "") if "carry" in given else base
-    return f"{base},{without}", f"{start},{given}"
-
-
-def _spatial_engines() -> list[str]:
-    return [e for e in engines_here() if world_class(e).capabilities.dimensions == 3]
-
-
-def _ignores(engine: str, setting: str) -> bool:
-    return world_class(engine).capabilities.settings[setting].support == "ignored"
-
-
-def _equal(first: Sequence[int | str], second: Sequence[int | str]) -> list[bool]:
-    """Mask of cases with the same failing step; a missing verdict equals nothing."""
-    return [a == b and isinstance(a, int) for a, b in zip(first, second, strict=True)]
+    return str(make_method(f"{base},{without}").spec), str(make_method(f"{start},{given}").spec)

@@ -1,29 +1,63 @@
-"""The table engine x setting, as text and as a page."""
+"""The engines' declared capabilities: the table setting x engine, as text and as a page."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
+from steadyload.engines.registry import capabilities, engines
+from steadyload.engines.world import EngineNotInstalledError
 from steadyload.reports.table import markdown_table
-from steadyload.studies.engines.settings import EngineSettings
 
-_PRECISION = {True: "single", False: "double", None: "?"}
+
+@dataclass(frozen=True, slots=True)
+class EngineSettings:
+    """An engine's declared capabilities.
+
+    Attributes:
+        answers: by setting, a capability and a note, and likewise for a gravity that changes while
+            a world runs; empty where the engine is not installed.
+    """
+
+    name: str
+    title: str
+    notes: str
+    dimensions: int = 3
+    precision: str = "?"
+    answers: Mapping[str, tuple[str, str]] = field(default_factory=dict)
+
+
+def engine_records() -> list[EngineSettings]:
+    """Every engine's capability for every setting; the title says where a library is missing."""
+    records = []
+    for name in engines():
+        try:
+            facts = capabilities(name)
+        except EngineNotInstalledError as error:
+            records.append(EngineSettings(name, f"{name} (not installed)", str(error)))
+            continue
+        answers = {}
+        for setting, own in {**facts.settings, "changing_gravity": facts.changing_gravity}.items():
+            limits = "" if own.values is None else f" ({', '.join(map(str, own.values))})"
+            answers[setting] = (f"{own.support}{limits}", own.note)
+        precision = "single" if facts.single_precision else "double"
+        records.append(
+            EngineSettings(name, facts.title, facts.notes, facts.dimensions, precision, answers)
+        )
+    return records
 
 
 def engines_rows(
     records: Sequence[EngineSettings],
 ) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
     """Header and rows: a row per setting, a column per engine."""
-    settings = list(dict.fromkeys(s for r in records for s in r.answers))
-    header = ("setting", *(r.name for r in records))
+    settings = dict.fromkeys(s for r in records for s in r.answers)
     rows = [
-        (setting, *(r.answers.get(setting, ("?", ""))[0] for r in records)) for setting in settings
-    ]
-    facts = [
         ("dimensions", *(str(r.dimensions) for r in records)),
-        ("precision", *(_PRECISION[r.single_precision] for r in records)),
+        ("precision", *(r.precision for r in records)),
+        *((s, *(r.answers.get(s, ("?", ""))[0] for r in records)) for s in settings),
     ]
-    return header, [*facts, *rows]
+    return ("setting", *(r.name for r in records)), rows
 
 
 def engines_markdown(records: Sequence[EngineSettings]) -> str:
@@ -39,7 +73,6 @@ def engines_markdown(records: Sequence[EngineSettings]) -> str:
     ]
     for record in records:
         notes = [f"- {s}: {note}" for s, (_, note) in record.answers.items() if note]
-        if record.notes:
-            notes.append(f"- {record.notes}")
+        notes += [f"- {record.notes}"] if record.notes else []
         parts.append("\n".join([f"## {record.title} (`{record.name}`)", "", *notes]))
     return "\n\n".join(parts)

@@ -10,20 +10,20 @@ from steadyload.runs.costs import CostKind, CostSource
 from steadyload.studies.engines.accuracy import Accuracy
 from steadyload.studies.engines.agreeing import Agreement, OptionEffect
 from steadyload.studies.engines.sources import ANSWERS, Source, SourceTable
-from steadyload.studies.engines.speed import Cost, Gain, SpeedCurve, costs
+from steadyload.studies.engines.speed import Cost, Gain, SpeedCurve
 
 
 @row
 class Found:
     """Everything the page shows; a part that was not measured is empty."""
 
-    agreement: Agreement | None
-    options: Sequence[OptionEffect]
-    curves: Sequence[SpeedCurve]
-    rates: Sequence[Gain]
-    tables: Sequence[SourceTable]
-    accuracy: Accuracy | None
     made_with: Mapping[str, str]
+    agreement: Agreement | None = None
+    options: Sequence[OptionEffect] = ()
+    curves: Sequence[SpeedCurve] = ()
+    rates: Sequence[Gain] = ()
+    tables: Sequence[SourceTable] = ()
+    accuracy: Accuracy | None = None
 
     @property
     def timed(self) -> str:
@@ -33,7 +33,11 @@ class Found:
     @property
     def costs(self) -> list[Cost]:
         """All points of all curves."""
-        return costs(self.curves)
+        return [
+            Cost(curve, point, 100.0 * point.step / point.total, point.own)
+            for curve in self.curves
+            for point in curve.points
+        ]
 
     @property
     def tuned(self) -> tuple[str, ...]:
@@ -48,7 +52,7 @@ class Found:
     @property
     def shares(self) -> list[Source]:
         """Their rows."""
-        return [share for table in self.sources for share in table.rows]
+        return [share for table in self.sources for share in table.shares]
 
     @property
     def leading(self) -> list[SourceTable]:

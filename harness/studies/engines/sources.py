@@ -7,31 +7,24 @@ sets and questions, and the differences are put down to them
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
+from steadyload.layouts.benchmark import Part, load_benchmark
 from steadyload.layouts.benchmark.dataset import LISTS, REAL, set_named
 from steadyload.layouts.model.question import Question, with_question
 from steadyload.methods.registry import make_method
 from steadyload.methods.tuned import TUNED, tuned_engines
 from steadyload.reports.columns import column, percent, row
-from steadyload.runs.definition import StudyDefinition
-from steadyload.runs.judged import JudgedCases, load_judged
-from steadyload.runs.runner import run_study
+from steadyload.runs.judged import JudgedCases
+from steadyload.runs.labels import Cases
 from steadyload.statistics.estimate import Estimate
-from steadyload.statistics.variance import SourceShare, source_shares
+from steadyload.statistics.variance import source_shares
 from steadyload.studies.kit import Lab
-
-ENGINE, PARAMETERS, QUESTION = "engine", "parameters", "question"
-
-PART = "test"
-"""Part of the labelled sets; nothing was tuned on it."""
-
-_SHARD = 20
 
 
 @dataclass(frozen=True)
@@ -51,19 +44,17 @@ class Design:
     @property
     def levels(self) -> dict[str, tuple[str, ...]]:
         """The levels of every factor that has two or more."""
-        found = {
-            ENGINE: tuned_engines(),
-            PARAMETERS: self.parameters,
-            QUESTION: tuple(map(str, self.questions)),
-        }
+        engines, parameters, questions = tuned_engines(), self.parameters, self.questions
+        found = {"engine": engines, "parameters": parameters, "question": questions}
         return {factor: own for factor, own in found.items() if len(own) > 1}
 
     def specs(self) -> list[str]:
         """Methods, in the order of the levels, the last factor's first."""
-        named = product(tuned_engines(), self.parameters, self.questions)
         return [
             str(make_method(with_question(f"{parameters}@{engine}", question)).spec)
-            for engine, parameters, question in named
+            for engine, parameters, question in product(
+                tuned_engines(), self.parameters, self.questions
+            )
         ]
 
 
@@ -87,13 +78,18 @@ the page speaks of comes first."""
 
 @row
 class Source:
-    """A source of differences, in a design: factors, and shares of all differences."""
+    """Share of one factor, or of several together, in the differences of a design."""
 
     design: str
-    factors: str = column("what differs")
+    factors: Sequence[str] = column("what differs", " with ".join, left=True)
     whole: Estimate = column("share of all differences %", percent)
     always: Estimate = column("the same on all cases %", percent)
     by_case: Estimate = column("from case to case %", percent)
+
+    @property
+    def title(self) -> str:
+        """The factors, as a chart names them."""
+        return " with ".join(self.factors)
 
 
 @dataclass(frozen=True)
@@ -115,29 +111,16 @@ class SourceTable:
     item_lists: int
     left_out: int
     differing: float
-    shares: tuple[SourceShare, ...]
+    shares: Sequence[Source]
 
     @property
-    def rows(self) -> list[Source]:
-        """Rows of its table."""
-        asked = self.design
-        title = (
-            f"{asked.labelled_set} (n = {self.cases}): {', '.join(asked.parameters)}; "
-            f"{' and '.join(map(str, asked.questions))}"
-        )
-        return [
-            Source(title, " with ".join(s.factors), s.whole, s.always, s.by_case)
-            for s in self.shares
-        ]
-
-    @property
-    def single(self) -> list[SourceShare]:
+    def single(self) -> list[Source]:
         """Shares of single factors, the largest first."""
         single = [share for share in self.shares if len(share.factors) == 1]
         return sorted(single, key=lambda share: -share.whole.value)
 
     @property
-    def combined(self) -> list[SourceShare]:
+    def combined(self) -> list[Source]:
         """Shares of several factors together."""
         return [share for share in self.shares if len(share.factors) > 1]
 
@@ -155,22 +138,17 @@ def sources_of_differences(lab: Lab, limits: Mapping[str, int]) -> list[SourceTa
     tables = []
     for name, limit in limits.items():
         designs = [design for design in DESIGNS if design.labelled_set == name]
-        specs = [spec for design in designs for spec in design.specs()]
-        definition = StudyDefinition(
-            f"sources of differences, {name}",
-            tuple(dict.fromkeys(specs)),
-            benchmark=PART,
-            benchmark_directory=set_named(name),
-            limit=limit,
-            shard_size=_SHARD,
+        specs = dict.fromkeys(spec for design in designs for spec in design.specs())
+        found = lab.judge(
+            tuple(specs),
+            Cases(
+                load_benchmark(set_named(name)), Part.TEST, limit=limit
+            ),  # nothing was tuned on it
+            folder=f"sources/{name}",
+            name=f"sources of differences, {name}",
+            shard_size=20,
         )
-        folder = lab.work / "sources" / name
-        run_study(
-            definition, folder, workers=lab.workers,
-            progress=lambda *of, name=name: lab.progress(f"judging {name}", *of),
-        )  # fmt: skip
-        judged = load_judged(folder)
-        tables += [table_of(judged, design, answer) for design in designs for answer in ANSWERS]
+        tables += [table_of(found.judged, d, answer) for d in designs for answer in ANSWERS]
     return tables
 
 
@@ -188,10 +166,16 @@ def table_of(judged: JudgedCases, design: Design, answer: str) -> SourceTable:
     assert kept.labels is not None, "the run is on a labelled set"
     counts = kept.labels["item_count"]
     numbers = ANSWERS[answer](kept.said[specs].to_numpy(float) / counts.to_numpy(float)[:, None])
+    title = (
+        f"{design.labelled_set} (n = {len(numbers)}): {', '.join(design.parameters)}; "
+        f"{' and '.join(design.questions)}"
+    )
     shape = (len(numbers), *(len(own) for own in design.levels.values()))
-    shares = source_shares(numbers.reshape(shape), tuple(design.levels), kept.clusters)
     return SourceTable(
         design, answer, len(numbers), kept.clusters.nunique(), int((~whole).sum()),
         float((numbers != numbers[:, :1]).any(axis=1).mean()) if len(numbers) else 0.0,
-        tuple(shares),
+        [
+            Source(title, own.factors, own.whole, own.always, own.by_case)
+            for own in source_shares(numbers.reshape(shape), tuple(design.levels), kept.clusters)
+        ],
     )  # fmt: skip

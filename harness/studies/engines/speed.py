@@ -8,20 +8,21 @@ from __future__ import annotations
 import math
 import multiprocessing
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from functools import cache, partial
 
 import numpy as np
 
-from steadyload.engines.registry import engines_here, open_world, world_class
+from steadyload.engines.registry import capabilities, engines_here, open_world
 from steadyload.layouts.model.layout import Item, Layout, Pallet
 from steadyload.layouts.packing.packing import random_boxes, random_layouts
-from steadyload.methods.contract.method import Status, Verdict
+from steadyload.methods.contract.method import Seconds, Status
 from steadyload.methods.registry import make_method
 from steadyload.methods.simulation.scene import boxes
 from steadyload.methods.simulation.simulation_parameters import SimulationParameters
 from steadyload.reports.columns import column, fixed, row, significant
+from steadyload.runs.able import spatial_engines
 from steadyload.runs.provenance import made_on
 from steadyload.runs.worker import worker_environment
 from steadyload.statistics.growth import slope
@@ -93,15 +94,6 @@ class Cost:
     own: float | None = column("own us a placement", fixed)
 
 
-def costs(curves: Sequence[SpeedCurve]) -> list[Cost]:
-    """All points of curves."""
-    return [
-        Cost(curve, point, 100.0 * point.step / point.total, point.own)
-        for curve in curves
-        for point in curve.points
-    ]
-
-
 @row
 class Throughput:
     """Layouts a second [1/s, wall time] over one process and over two."""
@@ -162,23 +154,25 @@ class SpeedUnit(Asked[SpeedCurve], question="cost by number of items"):
             if point is None:
                 break
             points.append(point)
-        return SpeedCurve(self.engine, self.scene, self.scope, tuple(points), _exponent(points))
+        # The growth of the total from 10 items on, by least squares in log-log; none of one point.
+        large = [p for p in points if p.item_count >= 10]
+        found = slope([p.item_count for p in large], [p.total for p in large])
+        exponent = found if math.isfinite(found) else None
+        return SpeedCurve(self.engine, self.scene, self.scope, tuple(points), exponent)
 
 
 def speed_curves(lab: Lab, counts: Sequence[int] = ITEM_COUNTS) -> list[SpeedCurve]:
     """Cost against the number of items, per engine: the whole pile, local scope, and the wall."""
-    units = list(_speed_units(tuple(counts)))
+    every, few = tuple(counts), tuple(n for n in counts if n <= _LARGEST_SPATIAL_WALL)
+    spatial = [("wall", "all", few), ("pile", "all", every), ("pile", "local", every)]
+    units = [
+        SpeedUnit(engine, scene, scope, numbers, made_on(engine))
+        for engine in engines_here()
+        for scene, scope, numbers in (
+            [("wall", "all", every)] if capabilities(engine).dimensions == 2 else spatial
+        )
+    ]
     return lab.measure(units, SpeedCurve, folder="speed/measured").rows
-
-
-def _speed_units(counts: tuple[int, ...]) -> Iterator[SpeedUnit]:
-    few = tuple(n for n in counts if n <= _LARGEST_SPATIAL_WALL)
-    for engine in engines_here():
-        planar = world_class(engine).capabilities.dimensions == 2
-        plans = [("wall", counts if planar else few, "all")]
-        plans += [] if planar else [("pile", counts, "all"), ("pile", counts, "local")]
-        for scene, numbers, scope in plans:
-            yield SpeedUnit(engine, scene, scope, numbers, made_on(engine))
 
 
 class ThroughputUnit(Asked[Throughput], question="throughput"):
@@ -209,11 +203,7 @@ class ThroughputUnit(Asked[Throughput], question="throughput"):
 
 def throughput(lab: Lab, layouts: int = 60) -> list[Gain]:
     """Layouts a second over one process and over two, wall time, start-up excluded."""
-    units = [
-        ThroughputUnit(engine, layouts, made_on(engine))
-        for engine in engines_here()
-        if world_class(engine).capabilities.dimensions == 3
-    ]
+    units = [ThroughputUnit(engine, layouts, made_on(engine)) for engine in spatial_engines()]
     rates = lab.measure(units, Throughput, folder="throughput/measured").rows
     return [Gain(rate, rate.two / rate.one) for rate in rates]
 
@@ -229,21 +219,17 @@ def _measure(engine: str, layout: Layout, scope: str) -> SpeedPoint | None:
     method = make_method(f"simulation@{engine}:{TUNING},scope={scope}")
     method.prepare(len(layout))
     method.judge(layout if len(layout) <= 20 else layout.first(20))
-    runs: list[Verdict] = []
+    runs: list[Seconds] = []
     floors: list[tuple[float, float]] = []
-    spent = 0.0
-    while len(runs) < _REPEATS and spent < _ENOUGH_SECONDS:
+    while len(runs) < _REPEATS and sum(run.total for run in runs) < _ENOUGH_SECONDS:
         verdict = method.judge(layout, timeout=_PATIENCE)
         if not verdict.stable:
             return None
-        runs.append(verdict)
+        runs.append(verdict.cpu)
         if scope == "all":
             floors.append(_floor(engine, layout))
-        spent += verdict.cpu.total
-    total, build, step, read = (
-        1e3 * float(np.median([getattr(v.cpu, phase) for v in runs]))
-        for phase in ("total", "build", "step", "read")
-    )
+    spent = [(run.total, run.build, run.step, run.read) for run in runs]
+    total, build, step, read = (1e3 * np.median(spent, axis=0)).tolist()
     floor, create = (1e3 * np.median(floors, axis=0)).tolist() if floors else (None, None)
     return SpeedPoint(len(layout), total, build, step, read, floor, create, len(runs))
 
@@ -255,9 +241,8 @@ def _floor(engine: str, layout: Layout) -> tuple[float, float]:
     parameters: SimulationParameters = make_method(f"simulation@{engine}:{TUNING}").parameters
     substeps = round(parameters.t_max * parameters.frequency)
     length, stepping, adding = 1.0 / parameters.frequency, 0.0, 0.0
-    planar = world_class(engine).capabilities.dimensions == 2
-    world = open_world(engine, parameters.world_settings())
-    try:
+    planar = capabilities(engine).dimensions == 2
+    with open_world(engine, parameters.world_settings()) as world:
         for box in boxes(layout, across="depth" if planar else "width"):
             start = time.process_time()
             world.add_box(box)
@@ -267,13 +252,4 @@ def _floor(engine: str, layout: Layout) -> tuple[float, float]:
             world._advance(substeps, length)
             stepping += time.process_time() - start
             world.reset_poses()
-    finally:
-        world.close()
     return stepping, adding
-
-
-def _exponent(points: Sequence[SpeedPoint]) -> float | None:
-    """Growth exponent of the total from 10 items on, by least squares in log-log; None of one."""
-    large = [p for p in points if p.item_count >= 10]
-    found = slope([p.item_count for p in large], [p.total for p in large])
-    return found if math.isfinite(found) else None

@@ -63,11 +63,11 @@ class EngineStudy(Study["Found"]):
         counts = [n for n in ITEM_COUNTS if n <= self.most_items]
         limits = {LISTS: self.cases} | ({REAL: self.real_cases} if self.real_cases else {})
         return Found(
+            {"generated layouts": f"{self.layouts}, seed {_SEED}"} | made_with,
             engine_agreement(lab, drawn) if "agreement" in parts else None,
             option_effects(lab, drawn) if "options" in parts else [],
             speed_curves(lab, counts) if "speed" in parts else [],
             throughput(lab) if "throughput" in parts else [],
             sources_of_differences(lab, limits) if "sources" in parts else [],
             accuracy_by_load(lab, self.cases) if "accuracy" in parts else None,
-            {"generated layouts": f"{self.layouts}, seed {_SEED}"} | made_with,
         )
