@@ -55,6 +55,9 @@ _GLANCE = 0.1
 _STICKING = 5.0
 """Friction at which nothing slips before it turns over."""
 
+SAMPLING = 240
+"""Rate at which an engine that chooses its own steps is sampled [1/s]."""
+
 DROP = 0.2
 RESTITUTION = 0.5
 
@@ -178,6 +181,11 @@ def time_to_turn(stage: Stage, past_edge: float) -> float:
             if found[-1] >= TURNED:
                 return float(CubicSpline(times, found).solve(TURNED, extrapolate=False)[0])
     raise NoValueError(f"not turned by 10 degrees within {TIP_SECONDS:g} s")
+
+
+def tipping_time(past_edge: float) -> float:
+    """The closed form of :func:`time_to_turn` [s]."""
+    return mechanics.tipping_time((SIDE, SIDE), past_edge, math.radians(TURNED))
 
 
 def bounce(stage: Stage, restitution: float = RESTITUTION) -> float:

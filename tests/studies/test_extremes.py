@@ -328,7 +328,7 @@ def test_an_envelope_ends_where_the_first_value_was_not_held():
     assert (none.least_size, none.most_size) == (0.0, 0.0)
     (all_of_it,) = envelope_rows(cells_of("bullet", 60, {}))
     assert all_of_it == EnvelopeRow("bullet", 60, 100, 1e6, 1e6, 0.1, 1000.0, 200, True)
-    strict = envelope_rows(cells_of("bullet", 60, {}), frozenset({Outcome.CLOSE}))
+    strict = envelope_rows(cells_of("bullet", 60, {}), at_rest=True)
     assert strict[0].tower_height == 0
     assert envelope_rows(cells_of("bullet", 60, {})[5:]) != ()
     assert envelope_rows([c for c in cells_of("bullet", 60, {}) if c.sweep != "items"]) == ()
@@ -347,14 +347,15 @@ def test_from_a_frequency_on_is_what_all_higher_ones_hold():
     assert from_here_on((*rows, own))[-1] == own
 
 
-def test_the_file_is_read_back_and_keeps_other_engines(tmp_path):
+def test_the_file_is_read_back_and_keeps_other_engines(tmp_path, monkeypatch):
     made = {"git": "abc", "code": "def", "versions": {"pybullet": "3", "mujoco": "4", "numpy": "2"}}
     path = tmp_path / "envelopes.json"
     first = envelope_rows(cells_of("bullet", 60, {}))
-    write_envelopes(first, first, made, path)
+    monkeypatch.setattr("steadyload.studies.extremes.envelopes.envelope_file", lambda: path)
+    write_envelopes(first, first, made)
     other = envelope_rows(cells_of("mujoco", 60, {"tower": lambda n: n < 10}))
     still = envelope_rows(cells_of("mujoco", 60, {"tower": lambda n: n < 3}))
-    write_envelopes(other, still, {**made, "git": "new"}, path)
+    write_envelopes(other, still, {**made, "git": "new"})
     read = json.loads(path.read_text())
     assert [read[name]["made"]["git"] for name in ("bullet", "mujoco")] == ["abc", "new"]
     held = Envelope(**read["mujoco"]["rows"][0]["holds"])

@@ -70,7 +70,7 @@ def test_agreement_and_options_are_counted_on_the_same_layouts(tmp_path, monkeyp
     for pair in found.pairs:
         first, second = pair.engines
         assert pair.same[90].value == (said[first] == said[second]).mean()
-    assert {(point.engine, point.other) for point in found.points} == {
+    assert {(point["engine"], point["other"]) for point in found.points} == {
         both for pair in found.pairs for both in (pair.engines, pair.engines[::-1])
     }
     few = {title: OPTIONS[title] for title in ("10 solver iterations", "carry instead of reseat")}

@@ -23,12 +23,9 @@ from steadyload.studies.kit import Asked, Lab
 
 FREQUENCIES = (90, 240, 1000)
 
-SAMPLING = 240
-"""Rate at which an engine that chooses its own steps is sampled [1/s]."""
-
 
 class ClosedFormUnit(
-    Asked[ClosedFormResult], question="closed form", version=runs.VERSION, sampling=SAMPLING
+    Asked[ClosedFormResult], question="closed form", version=runs.VERSION, sampling=runs.SAMPLING
 ):
     """A test on an engine at a frequency; None where the engine chooses its own steps."""
 
@@ -45,7 +42,7 @@ class ClosedFormUnit(
     def measure(self) -> ClosedFormResult:
         """Run the test."""
         test = next(test for test in closed_form_tests() if test.name == self.test)
-        stage = runs.Stage(self.engine, self.frequency or SAMPLING)
+        stage = runs.Stage(self.engine, self.frequency or runs.SAMPLING)
         return result_of(test, stage, self.frequency)
 
 

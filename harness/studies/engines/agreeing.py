@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
-from typing import NamedTuple
+from typing import Any
 
 from steadyload.engines.registry import capabilities
 from steadyload.engines.world import Support
@@ -60,15 +60,6 @@ class Untuned:
     cpu: Mapping[int, Estimate] = column("{} Hz", milliseconds)
 
 
-class Agreeing(NamedTuple):
-    """A share of :class:`Pair` at a frequency, beside the other engine's."""
-
-    engine: str
-    other: str
-    frequency: int
-    same: Estimate
-
-
 @row
 class Agreement:
     """Agreement between every two engines, and verdicts and costs of each."""
@@ -87,10 +78,10 @@ class Agreement:
         return sorted((pair.same[self.finest] for pair in self.pairs), key=lambda one: one.value)
 
     @property
-    def points(self) -> list[Agreeing]:
+    def points(self) -> list[Mapping[str, Any]]:
         """Points of the chart: both engines of a pair with the other one."""
         return [
-            Agreeing(own.engine, other, frequency, same)
+            {"engine": own.engine, "other": other, "frequency": frequency, "same": same}
             for own in self.engines
             for pair in self.pairs
             if own.engine in pair.engines

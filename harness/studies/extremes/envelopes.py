@@ -75,22 +75,21 @@ class EnvelopeRow:
         return Edges(self.least_size, self.most_size)
 
 
-GOOD = frozenset(outcome for outcome in Outcome if outcome.good)
-
-
 def envelope_rows(
-    cells: Iterable[ExtremeCell], counts: frozenset[Outcome] = GOOD
+    cells: Iterable[ExtremeCell], *, at_rest: bool = False
 ) -> tuple[EnvelopeRow, ...]:
     """Envelope of each engine at each frequency at which all sweeps for it were measured.
 
     Args:
         cells: of any sweeps.
-        counts: outcomes that count as held.
+        at_rest: whether only what is within the stricter limit counts as held.
     """
     held: dict[tuple[str, int | None], dict[str, dict[float, bool]]] = {}
     for cell in cells:
         by_sweep = held.setdefault((cell.engine, cell.frequency), {})
-        by_sweep.setdefault(cell.sweep, {})[cell.value] = cell.outcome in counts
+        by_sweep.setdefault(cell.sweep, {})[cell.value] = (
+            cell.outcome is Outcome.CLOSE if at_rest else cell.outcome.good
+        )
     rows = []
     for run, found in held.items():
         if not set(ENVELOPE_SWEEPS) <= set(found):
@@ -151,7 +150,6 @@ def write_envelopes(
     rows: Sequence[EnvelopeRow],
     rests: Sequence[EnvelopeRow],
     made_by: Mapping[str, Any],
-    path: Path | None = None,
 ) -> None:
     """Write measured envelopes; engines that were not measured keep their entries in the file.
 
@@ -159,9 +157,8 @@ def write_envelopes(
         rows: as :func:`envelope_rows` gives them.
         rests: the same with the limits of rest; of the same engines and frequencies.
         made_by: the provenance of the measurement.
-        path: the file; that of the package if None.
     """
-    path = path or envelope_file()
+    path = envelope_file()
     entries = stored_object(path, REMEDY) if path.exists() else {}
     for engine in dict.fromkeys(r.engine for r in rows):
         versions = made_by["versions"]

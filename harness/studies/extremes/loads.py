@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -45,16 +45,6 @@ class Engine:
     excess: Mapping[Change, Estimate] = column("{}, more", percent)
 
     @property
-    def far(self) -> Estimate:
-        """Excess where a load is farthest from the origin."""
-        return self.excess[DISTANCES[-1]]
-
-    @property
-    def near(self) -> Estimate:
-        """Excess where it is nearest."""
-        return self.excess[DISTANCES[0]]
-
-    @property
     def has_cost(self) -> bool:
         """Whether the excess is above 0 at some distance."""
         return any(self.excess[change].low > 0.0 for change in DISTANCES)
@@ -62,18 +52,7 @@ class Engine:
     @property
     def grows(self) -> bool:
         """Whether the excess is larger far away than nearby."""
-        return self.far.low > self.near.value
-
-
-class Point(NamedTuple):
-    """A share of changed verdicts at its place in a chart."""
-
-    title: str
-    engine: str
-    is_double: bool
-    change: str
-    place: float
-    changed: Estimate
+        return self.excess[DISTANCES[-1]].low > self.excess[DISTANCES[0]].value
 
 
 @row
@@ -99,21 +78,24 @@ class Loads:
         return max(SCALES, key=lambda change: max(own.excess[change].value for own in self.single))
 
     @property
-    def points(self) -> list[Point]:
+    def points(self) -> list[Mapping[str, Any]]:
         """Points of the chart."""
         return [
-            Point(
-                f"{own.engine} ({'single' if own.single else 'double'})", own.engine,
-                not own.single, what, place, changed,
-            )
+            {
+                "title": f"{own.engine} ({'single' if own.single else 'double'})",
+                "engine": own.engine,
+                "is_double": not own.single,
+                "change": what,
+                "place": getattr(change, field),
+                "changed": changed,
+            }
             for own in self.rows
             for what, field, found in (
                 ("moved away from the origin (m)", "moved", own.distances),
                 ("times as large", "scale", own.sizes),
             )
             for change, changed in found.items()
-            for place in [getattr(change, field)]
-        ]  # fmt: skip
+        ]
 
 
 def loads_moved_and_scaled(lab: Lab, engines: Sequence[str], limit: int) -> Loads:

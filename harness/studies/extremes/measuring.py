@@ -166,13 +166,6 @@ def slide(stage: Stage, friction: float) -> Finding:
     return compared(found, expected)
 
 
-def tip(stage: Stage, past_edge: float) -> Finding:
-    """A cube past an edge [m] turns by 10 degrees in the time that the pendulum needs."""
-    size, angle = (runs.SIDE, runs.SIDE), float(np.radians(runs.TURNED))
-    expected = mechanics.tipping_time(size, past_edge, angle)
-    return compared(runs.time_to_turn(stage, past_edge), expected)
-
-
 def compared(found: float, expected: float, *, slack: float = 0.0) -> Finding:
     """Outcome of a comparison with a closed form; ``slack``: additional tolerance, same unit."""
     error = abs(found - expected)

@@ -11,7 +11,7 @@ DENSITY = 1000.0
 """Density of all boxes [kg/m3]: a cube of 10 cm weighs 1 kg."""
 
 PLATE, TABLE = (1.0, 1.0, 0.01), (1.0, 1.0, 0.5)
-_PLATE_MASS = DENSITY * math.prod(PLATE)
+PLATE_MASS = DENSITY * math.prod(PLATE)
 
 
 def tower(count: int, side: float = SIDE) -> list[Box]:
@@ -28,13 +28,8 @@ def pile(count: int, dimensions: int) -> list[Box]:
     return [Box(CUBE, 1.0, (x, y, SIDE * (level + 0.5))) for x, y, level in places]
 
 
-def plates(count: int) -> list[Box]:
-    """Thin plates on top of each other."""
-    return stacked(PLATE, [_PLATE_MASS] * count)
-
-
 def plate_on_table(past_edge: float) -> list[Box]:
     """A plate on a fixed table; its centre of mass is ``past_edge`` [m] beyond the edge."""
     table = Box(TABLE, 1.0, (0.0, 0.0, 0.5 * TABLE[2]), fixed=True)
     centre = (0.5 * TABLE[0] + past_edge, 0.0, TABLE[2] + 0.5 * PLATE[2])
-    return [table, Box(PLATE, _PLATE_MASS, centre)]
+    return [table, Box(PLATE, PLATE_MASS, centre)]

@@ -164,7 +164,7 @@ class Found:
     @cached_property
     def rests(self) -> tuple[EnvelopeRow, ...]:
         """The same at the thresholds of rest."""
-        return envelope_rows(self.cells, frozenset({Outcome.CLOSE}))
+        return envelope_rows(self.cells, at_rest=True)
 
     @property
     def from_here_on(self) -> tuple[EnvelopeRow, ...]:

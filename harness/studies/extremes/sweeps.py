@@ -24,9 +24,6 @@ VERSION = 1
 
 FREQUENCIES = (5, 10, 15, 30, 60, 90, 120, 240, 480, 1000)
 
-SAMPLING = 240
-"""Rate at which an engine that chooses its own steps is sampled [1/s]."""
-
 TIMEOUT = 30.0
 """Default time limit of a cell [s of CPU time]."""
 
@@ -110,7 +107,7 @@ def measure_cell(
     """
     world_class(engine).warm_up(0)
     watch = Stopwatch(timeout)
-    stage = Stage(engine, frequency or SAMPLING, watch)
+    stage = Stage(engine, frequency or runs.SAMPLING, watch)
     try:
         finding = SWEEPS[sweep].measure(stage, value)
     except TimeoutExpiredError as reason:
@@ -181,7 +178,7 @@ SWEEPS = {
         _stable(
             "plates", "Pile of plates", "Plates of 1 x 100 x 100 cm, 10 kg each.", "plates",
             (1, 2, 3, 5, 8, 10, 15, 20, 30, 40, 50),
-            lambda stage, n: settle(stage, scenes.plates(round(n))),
+            lambda stage, n: settle(stage, stacked(scenes.PLATE, [scenes.PLATE_MASS] * round(n))),
         ),
         ExtremeSweep(
             "plate-on-edge", "Plate over an edge",
@@ -227,8 +224,10 @@ SWEEPS = {
             f"Time in which a cube of {_SIDE} with its centre of mass past the edge of a fixed one "
             "turns by 10 degrees, against the equation of the pendulum.",
             "past the edge", (1, 2, 5, 10, 20),
-            lambda stage, mm: measuring.tip(stage, 1e-3 * mm), unit="mm", quantity="time (s)",
-            shown=10,
+            lambda stage, mm: compared(
+                runs.time_to_turn(stage, 1e-3 * mm), runs.tipping_time(1e-3 * mm)
+            ),
+            unit="mm", quantity="time (s)", shown=10,
         ),
         _formula(
             "overhang", "Harmonic overhang",
