@@ -5,6 +5,7 @@ import pytest
 from steadyload.layouts.model.question import Question
 from steadyload.reports.table import percent
 from steadyload.statistics.estimate import Estimate
+from steadyload.studies.engines.accuracy import ALL, Accuracy, Group
 from steadyload.studies.engines.agreeing import FREQUENCIES, Agreement, OptionEffect, Pair, Untuned
 from steadyload.studies.engines.showing import Found
 from steadyload.studies.engines.sources import ANSWERS, Design, Source, SourceTable
@@ -64,9 +65,14 @@ def test_the_page_shows_every_part(assert_shown):
         SpeedPoint(10, 2.0, 0.5, 1.0, 0.2, 0.8, 0.1, 3),
         SpeedPoint(20, 5, 1, 3, 1, None, None, 3),
     )
+    groups = {
+        ALL: [Group("bullet", True, {ALL: about(0.75)})],
+        "items": [Group("bullet", True, {"up to 10 items": about(0.8)})],
+    }
     everything = Found(
         {},
         agreement=agreement,
+        accuracy=Accuracy(40, 20, groups),
         options=[OptionEffect("local scope", {"bullet": about(0.1)}, {"bullet": 0.5})],
         curves=[SpeedCurve("bullet", "pile", "all", points, 1.2)],
         rates=[Gain(Throughput("bullet", 60, 10.0, 18.0), 1.8)],
@@ -81,6 +87,7 @@ def test_the_page_shows_every_part(assert_shown):
         answer=[*map(percent, whole), percent(about(0.7)), percent(about(0.9)), 240, 50],
         tables=[
             *(table.shares for table in everything.tables),
+            *groups.values(),
             *(agreement.pairs, agreement.engines, agreement.engines),
             *(
                 everything.options,
