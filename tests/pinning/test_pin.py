@@ -113,7 +113,7 @@ def test_a_missing_page_is_a_difference(recorded, again):
 def test_wrong_words_are_refused(recorded, tmp_path):
     status, told = pin("record", tmp_path, "skale")
     assert status == 2
-    assert told.startswith("pin: no page is called skale; there are accuracy, ")
+    assert told.startswith("pin: no page is called skale; there are evaluation, ")
     assert pin("record", recorded) == (
         2, f"pin: {recorded} holds a recording; name pages to make anew, or another folder\n",
     )  # fmt: skip
