@@ -360,7 +360,7 @@ def test_the_page_leads_with_accuracy_and_needs_no_labelled_set(run, study, labe
     headings = re.findall("^## (.*)", text, re.MULTILINE)
     assert headings[0] == "Accuracy and cost"
     assert "There are no reference labels" not in text
-    assert "*accuracy* is the share of cases" in text
+    assert "*Accuracy*: the share of cases" in text
     assert "| Equilibrium (time=0.3) " in text
     [beside] = (tmp_path / "page").glob("report-details.*.md")
     details = beside.read_text()

@@ -361,7 +361,7 @@ def test_only_what_was_asked_is_made_and_shown(tmp_path, capsys, learned, in_thi
     made = load_weights(training / "weights").manifest
     assert str(made["made_by"]["git"]) in text
     assert made["command"] in text
-    assert len(LearnedStudy().page(learned).sections) == 8
+    assert len(LearnedStudy().page(learned).sections) == 9
 
 
 @pytest.mark.parametrize(

@@ -106,8 +106,8 @@ def _run(folder: Path, layouts: int, workers: int) -> None:
 
 
 def _report(folder: Path) -> None:
-    comparison: Any = study("comparison")
-    comparison(directory=folder).run(Lab(folder))
+    report: Any = study("report")
+    report(directory=folder).run(Lab(folder))
 
 
 def _in_fresh_process(step: Callable[..., Any], *arguments: Any) -> Needs:
