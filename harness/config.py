@@ -81,6 +81,11 @@ def methods_option(about: str) -> Any:
     return option((), about, names=("--method", "-m"), metavar="SPEC")
 
 
+def output_option(default: Any, about: str, *, metavar: str = "") -> Any:
+    """A field for a file or folder that is written; the flag is ``--output``, ``-o``."""
+    return option(default, about, names=("--output", "-o"), metavar=metavar)
+
+
 def set_option(default: str = "") -> Any:
     """A field for a labelled set, as :func:`steadyload.layouts.benchmark.dataset.set_named` takes.
 
@@ -93,6 +98,11 @@ def set_option(default: str = "") -> Any:
 
 REQUIRED = dataclasses.MISSING
 """The default of a field that must be given."""
+
+
+def stated(**values: Any) -> dict[str, Any]:
+    """The values that are stated: all but None."""
+    return {name: value for name, value in values.items() if value is not None}
 
 
 def _named(made: Any, more: dict[str, Any]) -> Any:

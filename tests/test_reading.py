@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from steadyload.app.recommend.kept import load_fronts
-from steadyload.cli.config_file import read_config
+from steadyload.cli.flags import read_config
 from steadyload.config import ConfigError
 from steadyload.errors import UserError
 from steadyload.layouts.benchmark.dataset import load_benchmark

@@ -10,7 +10,7 @@ from typing import Any, get_args, get_type_hints
 
 import pytest
 
-from steadyload.cli.config_file import read_config
+from steadyload.cli.flags import read_config
 from steadyload.config import ConfigError, bind
 from steadyload.layouts.files.dialect import Dialect, DialectError, load_profile
 from steadyload.learners import LearnerError

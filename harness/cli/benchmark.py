@@ -6,14 +6,13 @@ import json
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 from steadyload.cli.convert import WRITABLE, output_format
 from steadyload.cli.flags import UsageError
 from steadyload.cli.interrupts import working
 from steadyload.cli.studies import workers_option
 from steadyload.cli.terminal import print_table, progress_bar, resumable, study_progress
-from steadyload.config import REQUIRED, operand, option
+from steadyload.config import REQUIRED, operand, option, output_option, stated
 from steadyload.studies.benchmark.study import labelled_set
 
 _SHOWN = 10
@@ -61,7 +60,7 @@ class Info:
                 f"{sure['fragile']} fragile; mean {100 * sure['mean']:.1f} %"
             )
         _section(
-            ["judge", "reason", "cases", "agrees %"],
+            ("judge", "reason", "cases", "agrees %"),
             [
                 [row["judge"], row["reason"], str(row["cases"]), f"{100 * row['agreement']:.1f}"]
                 for row in found["judges"]
@@ -91,7 +90,7 @@ class Export:
     to: str | None = option(
         None, "format of the output (default: csv for *.csv, native for *.json)", choices=WRITABLE
     )
-    output: Path = option(REQUIRED, "the file that is written", names=("--output", "-o"))
+    output: Path = output_option(REQUIRED, "the file that is written")
 
     def run(self) -> None:
         """Write cases and labels."""
@@ -119,7 +118,7 @@ class Import:
     """Folders of the authors' set and of the imported one."""
 
     directory: Path = operand(REQUIRED, "their folder Data, or one Data_1 or Data_2", metavar="DIR")
-    output: Path = option(REQUIRED, "folder of the set", names=("--output", "-o"), metavar="OUT")
+    output: Path = output_option(REQUIRED, "folder of the set", metavar="OUT")
     rotation_unit: str = option(
         "degrees", "of raw observations (default: degrees)",
         choices="steadyload.layouts.benchmark.observations:RotationUnit",
@@ -136,7 +135,7 @@ class Import:
         """Import the authors' set, and print the differences."""
         from steadyload.layouts.benchmark.authors import import_authors
         from steadyload.layouts.benchmark.observations import RotationUnit
-        from steadyload.layouts.benchmark.splits import SIZES, SplitSizes
+        from steadyload.layouts.benchmark.splits import SIZES
 
         with progress_bar("reading") as advance:
             found = import_authors(
@@ -144,7 +143,7 @@ class Import:
                 self.output,
                 rotation_unit=RotationUnit(self.rotation_unit),
                 split_seed=self.split_seed,
-                sizes=SplitSizes(self.test or SIZES.test, self.validation or SIZES.validation),
+                sizes=replace(SIZES, **stated(test=self.test, validation=self.validation)),
                 progress=advance,
             )
         print(
@@ -162,10 +161,9 @@ class Import:
 class Build:
     """Options of a new labelled set."""
 
-    output: Path = option(
-        Path("runs/benchmark"), "folder of the new set (default: runs/benchmark)",
-        names=("--output", "-o"), metavar="DIR",
-    )  # fmt: skip
+    output: Path = output_option(
+        Path("runs/benchmark"), "folder of the new set (default: runs/benchmark)", metavar="DIR"
+    )
     seed: int | None = option(None, "default: 2024", least=0)
     instances: int | None = option(
         None, "item lists of every class (default: 17, planar 10, lists 30, choosing 20)", least=1
@@ -200,18 +198,14 @@ class Build:
         )
         from steadyload.layouts.packing.packing import WeightRule
 
-        standard = BuildOptions()
-        for asked, options in (
-            (self.planar, PLANAR_OPTIONS),
-            (self.lists, LISTS_OPTIONS),
-            (self.choosing, CHOOSING_OPTIONS),
-        ):
-            standard = options if asked else standard
+        kinds = (
+            (self.planar, PLANAR_OPTIONS), (self.lists, LISTS_OPTIONS),
+            (self.choosing, CHOOSING_OPTIONS), (True, BuildOptions()),
+        )  # fmt: skip
         chosen = replace(
-            standard,
-            seed=standard.seed if self.seed is None else self.seed,
-            instances=self.instances or standard.instances,
+            next(options for asked, options in kinds if asked),
             weights=WeightRule(self.weights),
+            **stated(seed=self.seed, instances=self.instances),
         )
         with progress_bar("packing") as advance:
             count = build_set(chosen, self.output, advance)
@@ -232,9 +226,7 @@ class BuildReal:
     products: Path = option(
         REQUIRED, "instances of products: *.csv of Alonso et al. (2019)", metavar="FOLDER"
     )
-    output: Path = option(
-        REQUIRED, "folder of the new set", names=("--output", "-o"), metavar="DIR"
-    )
+    output: Path = output_option(REQUIRED, "folder of the new set", metavar="DIR")
     seed: int | None = option(None, "default: 2024", least=0)
     container_lists: int | None = option(None, "item lists for containers (default: 28)", least=0)
     pallet_lists: int | None = option(None, "item lists for Euro pallets (default: 28)", least=0)
@@ -244,21 +236,13 @@ class BuildReal:
         from steadyload.labelling.labelling import build_real_set
         from steadyload.layouts.benchmark.real import RealInputs, RealOptions
 
-        standard = RealOptions()
-        chosen = replace(
-            standard,
-            seed=_chosen(self.seed, standard.seed),
-            containers=_chosen(self.container_lists, standard.containers),
-            pallets=_chosen(self.pallet_lists, standard.pallets),
+        chosen = RealOptions(
+            **stated(seed=self.seed, containers=self.container_lists, pallets=self.pallet_lists)
         )
         inputs = RealInputs(self.pallets, self.containers, self.products)
         with progress_bar("packing") as advance:
             count = build_real_set(chosen, inputs, self.output, advance)
         print(f"{count} cases -> {self.output}; next: steadyload benchmark screen {self.output}")
-
-
-def _chosen(given: int | None, standard: int) -> int:
-    return standard if given is None else given
 
 
 @dataclass(frozen=True)
@@ -317,9 +301,8 @@ class Label:
         from steadyload.labelling.labelling import PANELS, label_set, split_sizes
         from steadyload.layouts.benchmark.tables import read_tables
 
-        wanted = {"test": self.test, "validation": self.validation}
-        given: dict[str, Any] = {k: size for k, size in wanted.items() if size is not None}
-        sizes = replace(split_sizes(read_tables(self.directory)[3]), **given)
+        built = split_sizes(read_tables(self.directory)[3])
+        sizes = replace(built, **stated(test=self.test, validation=self.validation))
         with resumable(self.directory), study_progress() as progress:
             label_set(
                 self.directory,

@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from steadyload.cli.readers import number
 from steadyload.cli.terminal import print_table, progress_bar
-from steadyload.config import option
+from steadyload.config import option, output_option
 from steadyload.tuning.cascade.defaults import BUDGETS, CANDIDATES, CONFIDENCE, ENGINE, OF_STANDS
 
 
@@ -22,11 +21,11 @@ class Fit:
     error_budget: tuple[float, ...] = option(
         (), "accuracy that the stages before the last may cost, in percentage points; of several "
         f"the first is the default (default: {' '.join(f'{b:g}' for b in BUDGETS)})",
-        metavar="POINTS", read=number, fewest=1,
+        metavar="POINTS", fewest=1,
     )  # fmt: skip
     confidence: float = option(
         CONFIDENCE, f"that lost accuracy keeps within the budget (default: {CONFIDENCE:g})",
-        metavar="C", read=number,
+        metavar="C",
     )  # fmt: skip
     candidates: tuple[str, ...] = option(
         (), "a method that may become a stage, in order; may be repeated (default: "
@@ -46,8 +45,8 @@ class Fit:
         "within", "whose labels count (default: within)",
         choices="steadyload.layouts.model.question:Question",
     )  # fmt: skip
-    output: Path | None = option(
-        None, "file of thresholds (default: the one of the package)", names=("--output", "-o")
+    output: Path | None = output_option(
+        None, "file of thresholds (default: the one of the package)"
     )
 
     def run(self) -> None:

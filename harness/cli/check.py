@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING
 from steadyload.app.check_defaults import DEFAULT_METHOD
 from steadyload.cli.fail_on import ANY, WORDS, FailOn, fail_on
 from steadyload.cli.flags import UsageError
-from steadyload.cli.reading import ReadingFlags
+from steadyload.cli.reading import Files
 from steadyload.cli.terminal import file_names, kept_status, print_table, progress_bar, say
-from steadyload.config import REQUIRED, operand, option, positive_number
+from steadyload.config import option, positive_number
 from steadyload.escaping import printable
 
 if TYPE_CHECKING:
@@ -36,10 +36,9 @@ _ACCURACY = (
 
 
 @dataclass(frozen=True, kw_only=True)
-class Check(ReadingFlags):
+class Check(Files):
     """Files, and the method that answers."""
 
-    files: tuple[Path, ...] = operand(REQUIRED, "layouts; - reads standard input", metavar="FILE")
     method: str = option(
         DEFAULT_METHOD, f"default: {DEFAULT_METHOD}", names=("--method", "-m"), metavar="SPEC"
     )

@@ -56,63 +56,57 @@ class Command:
         return getattr(importlib.import_module(f"steadyload.cli.{module}"), name)
 
 
-_OWN = (
-    Command("check", "check:Check", "do planned pallets stand while they are loaded?", Group.USE),
-    Command("transport", "transport:Transport",
-            "what accelerations do loaded pallets hold on the road?", Group.USE),
-    Command("demo", "demo:Demo", "check a dozen shipped pallets, and open their page", Group.USE),
-    Command("score", "score:Score", "score layout files with one or more methods", Group.USE),
-    Command("view", "view:View", "write a page that plays a loading step by step", Group.USE),
-    Command("convert", "convert:Convert", "convert layout files between formats", Group.USE),
-    Command(
-        "recommend", "recommend:Recommend",
-        "name the method to use for a time a layout, or for an accuracy", Group.USE,
+_OWN: Mapping[Group, tuple[tuple[str, str, str], ...]] = {
+    Group.USE: (
+        ("check", "check:Check", "do planned pallets stand while they are loaded?"),
+        ("transport", "transport:Transport",
+         "what accelerations do loaded pallets hold on the road?"),
+        ("demo", "demo:Demo", "check a dozen shipped pallets, and open their page"),
+        ("score", "score:Score", "score layout files with one or more methods"),
+        ("view", "view:View", "write a page that plays a loading step by step"),
+        ("convert", "convert:Convert", "convert layout files between formats"),
+        ("recommend", "recommend:Recommend",
+         "name the method to use for a time a layout, or for an accuracy"),
+        ("methods", "listings:Methods",
+         "list methods and presets, or explain one, NAME or NAME@ENGINE"),
+        ("engines", "listings:Engines", "which engine honours which setting"),
+        ("warm-up", "warm_up:WarmUp",
+         "compile now what first judgements would wait for, three minutes, once"),
     ),
-    Command(
-        "methods", "listings:Methods",
-        "list methods and presets, or explain one, NAME or NAME@ENGINE", Group.USE,
+    Group.COMPARE: (
+        ("study run", "study:Run", "judge the layouts of a study file of your own, or go on"),
     ),
-    Command("engines", "listings:Engines", "which engine honours which setting", Group.USE),
-    Command("warm-up", "warm_up:WarmUp",
-            "compile now what first judgements would wait for, three minutes, once", Group.USE),
-    Command("study run", "study:Run", "judge the layouts of a study file of your own, or go on",
-            Group.COMPARE),
-    Command("tune", "tune:Tune",
-            "search the parameters of a simulation on an engine, against labels", Group.BUILD),
-    Command("train", "train:Train",
-            "train a learned method (lstm_1, lstm_e) on labelled layouts", Group.BUILD),
-    Command("generate", "train:Generate",
-            "pack and label fresh item lists: a larger set to train on", Group.BUILD),
-    Command("cascade fit", "cascade:Fit",
-            "find the thresholds of each stage, at the least cost within an error budget",
-            Group.BUILD),
-    Command("benchmark info", "benchmark:Info", "count layouts, labels, splits and verdicts",
-            Group.BUILD),
-    Command("benchmark export", "benchmark:Export",
-            "write cases as a layout file, labels beside it", Group.BUILD),
-    Command("benchmark import", "benchmark:Import",
-            "bring the authors' published set into our form", Group.BUILD),
-    Command("benchmark build", "benchmark:Build",
-            "pack the layouts of a new set, not labelled yet", Group.BUILD),
-    Command("benchmark build-real", "benchmark:BuildReal",
-            "a set of real size: customers' pallets and plans of packers, not labelled yet",
-            Group.BUILD),
-    Command("benchmark label", "benchmark:Label",
-            "label a set, split it, judge it by further methods; goes on where it was interrupted",
-            Group.BUILD),
-    Command("benchmark screen", "benchmark:Screen",
-            "label a set of large layouts for both questions; goes on where it was interrupted",
-            Group.BUILD),
-    Command("pages list", "pages:List", "name published pages, and the command of each",
-            Group.REMAKE),
-    Command("pages remake", "pages:Remake",
-            "remake published pages from their rows; --judge judges what is missing",
-            Group.REMAKE),
-    Command("pages keep", "pages:Keep", "pack the rows that published pages are made of",
-            Group.REMAKE),
-    Command("pages index", "pages:Index", "write the index of published pages", Group.REMAKE),
-)  # fmt: skip
-"""Commands that do not belong to a study."""
+    Group.BUILD: (
+        ("tune", "tune:Tune",
+         "search the parameters of a simulation on an engine, against labels"),
+        ("train", "train:Train", "train a learned method (lstm_1, lstm_e) on labelled layouts"),
+        ("generate", "train:Generate",
+         "pack and label fresh item lists: a larger set to train on"),
+        ("cascade fit", "cascade:Fit",
+         "find the thresholds of each stage, at the least cost within an error budget"),
+        ("benchmark info", "benchmark:Info", "count layouts, labels, splits and verdicts"),
+        ("benchmark export", "benchmark:Export",
+         "write cases as a layout file, labels beside it"),
+        ("benchmark import", "benchmark:Import",
+         "bring the authors' published set into our form"),
+        ("benchmark build", "benchmark:Build",
+         "pack the layouts of a new set, not labelled yet"),
+        ("benchmark build-real", "benchmark:BuildReal",
+         "a set of real size: customers' pallets and plans of packers, not labelled yet"),
+        ("benchmark label", "benchmark:Label",
+         "label a set, split it, judge it by further methods; goes on where it was interrupted"),
+        ("benchmark screen", "benchmark:Screen",
+         "label a set of large layouts for both questions; goes on where it was interrupted"),
+    ),
+    Group.REMAKE: (
+        ("pages list", "pages:List", "name published pages, and the command of each"),
+        ("pages remake", "pages:Remake",
+         "remake published pages from their rows; --judge judges what is missing"),
+        ("pages keep", "pages:Keep", "pack the rows that published pages are made of"),
+        ("pages index", "pages:Index", "write the index of published pages"),
+    ),
+}  # fmt: skip
+"""Commands that do not belong to a study: words, target and summary; see :class:`Command`."""
 
 _OF_STUDIES = {"report": "study:Report"}
 """Study -> its command, where that does more than run it and write its page."""
@@ -162,7 +156,7 @@ def commands() -> dict[str, Command]:
 
     A faulty study of another distribution has no command; a warning says so.
     """
-    found = {command.words: command for command in _OWN}
+    found = {own[0]: Command(*own, group) for group, listed in _OWN.items() for own in listed}
     for name in studies():
         try:
             one = study(name)

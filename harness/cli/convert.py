@@ -7,8 +7,8 @@ from pathlib import Path
 
 from steadyload.cli.flags import UsageError
 from steadyload.cli.interrupts import working
-from steadyload.cli.reading import ReadingFlags, check_output
-from steadyload.config import REQUIRED, operand, option
+from steadyload.cli.reading import Files, check_output
+from steadyload.config import REQUIRED, option, output_option
 
 WRITABLE = ("native", "csv", "job")
 """Formats that can be written."""
@@ -35,11 +35,10 @@ def output_format(output: Path, named: str | None) -> str:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Convert(ReadingFlags):
+class Convert(Files):
     """Files in, a file out."""
 
-    files: tuple[Path, ...] = operand(REQUIRED, "layouts; - reads standard input", metavar="FILE")
-    output: Path = option(REQUIRED, "the file that is written", names=("--output", "-o"))
+    output: Path = output_option(REQUIRED, "the file that is written")
     to: str | None = option(
         None, "format of the output (default: csv for *.csv, native for *.json)", choices=WRITABLE
     )

@@ -10,16 +10,14 @@ from steadyload.cli.check import Check
 from steadyload.cli.fail_on import FailOn
 from steadyload.cli.flags import UsageError
 from steadyload.cli.terminal import say
-from steadyload.config import option
+from steadyload.config import option, output_option
 
 
 @dataclass(frozen=True, kw_only=True)
 class Demo:
     """Where the pallets and their page go."""
 
-    output: Path = option(
-        Path("demo"), "folder of the pallets and the page (default: demo)", names=("--output", "-o")
-    )
+    output: Path = output_option(Path("demo"), "folder of the pallets and the page (default: demo)")
     no_open: bool = option(False, "do not open the page in the browser")
 
     def run(self) -> int:

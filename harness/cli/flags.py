@@ -17,7 +17,6 @@ from typing import Annotated, Any, TypeVar
 
 from cyclopts import App, CycloptsError, Parameter, UnknownOptionError, UnusedCliTokensError
 
-from steadyload.cli.config_file import FIELD, read_config
 from steadyload.config import (
     BARE,
     FEWEST,
@@ -25,15 +24,21 @@ from steadyload.config import (
     NAMES,
     OPERAND,
     READ,
+    ConfigError,
     choices_of,
     number_of,
     numbers_allowed,
+    values_of,
 )
 from steadyload.errors import UserError, nearest
+from steadyload.reading import toml_of
 
 T = TypeVar("T")
 
 HELP = ("--help", "-h")
+
+CONFIG = "config"
+"""The field of a command that names a TOML file of its other fields; flags override its keys."""
 
 
 class UsageError(UserError):
@@ -77,8 +82,8 @@ class _Flag:
             UsageError: not a value; the message names the flag, the text, and what is allowed.
         """
         try:
-            if self.said(READ) is not None:
-                return self.said(READ)(text)
+            if (read := self.said(READ)) is not None:
+                return read(text)
             if self.kind in (int, float):
                 return self._number(text)
             return self.kind(self._chosen(text))
@@ -217,14 +222,25 @@ def parsed(name: str, config: type[T], about: str, words: Sequence[str]) -> T | 
         error.verbose = False
         raise UsageError(f"{name}: {error}") from None
     values = {key: flags[key].value(value) for key, value in found.items()}
-    if FIELD in values:
-        values = read_config(values[FIELD], config) | values
+    if CONFIG in values:
+        values = read_config(values[CONFIG], config) | values
     try:
         return config(**values)
     except UserError:
         raise
     except ValueError as error:
         raise UsageError(f"{name}: {error}") from None
+
+
+def read_config(path: Path, command: type) -> dict[str, Any]:
+    """Values of a configuration file, by field of a command.
+
+    Raises:
+        ConfigError: the file is not valid TOML, or has a key or value that is not allowed.
+        TooLargeError: it has too many bytes.
+        OSError: the file cannot be read.
+    """
+    return values_of(command, toml_of(path, ConfigError), str(path), apart={CONFIG})
 
 
 def _near(word: str, known: Sequence[str]) -> str:

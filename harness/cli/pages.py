@@ -15,7 +15,7 @@ from steadyload.cli.flags import UsageError
 from steadyload.cli.interrupts import working
 from steadyload.cli.running import run
 from steadyload.cli.terminal import print_table, say
-from steadyload.config import REQUIRED, operand, option
+from steadyload.config import REQUIRED, operand, option, output_option
 from steadyload.errors import UserError
 from steadyload.escaping import printable
 from steadyload.studies.published import (
@@ -31,9 +31,7 @@ from steadyload.studies.published import (
 
 
 def _folder() -> Any:
-    return option(
-        FOLDER, f"folder of the pages (default: {FOLDER})", names=("--output", "-o"), metavar="DIR"
-    )
+    return output_option(FOLDER, f"folder of the pages (default: {FOLDER})", metavar="DIR")
 
 
 @dataclass(frozen=True)

@@ -4,25 +4,29 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Mapping
 
-_SECONDS = {"s": 1.0, "m": 60.0, "h": 3600.0}
+from steadyload.config import number_of
+
+_SECONDS = {"": 1.0, "s": 1.0, "m": 60.0, "h": 3600.0}
 _MILLISECONDS = {"us": 1e-3, "ms": 1.0, "s": 1e3}
 
 
 def duration(text: str) -> float:
     """Seconds, from ``90``, ``90s``, ``20m`` or ``1.5h``."""
-    match = re.fullmatch(r"(\d+(?:\.\d+)?)([smh]?)", text)
-    if match is None or not float(match[1]):
-        raise ValueError(f"{text!r}; allowed: a time such as 90s, 20m or 1.5h")
-    return float(match[1]) * _SECONDS[match[2] or "s"]
+    return _time(text, r"(\d+(?:\.\d+)?)([smh]?)", _SECONDS, "90s, 20m or 1.5h")
 
 
 def milliseconds(text: str) -> float:
     """Milliseconds, from ``5ms``, ``0.01s`` or ``300us``."""
-    match = re.fullmatch(r"(\d+(?:\.\d+)?|\.\d+)(us|ms|s)", text)
+    return _time(text, r"(\d+(?:\.\d+)?|\.\d+)(us|ms|s)", _MILLISECONDS, "5ms, 0.01s or 300us")
+
+
+def _time(text: str, form: str, units: Mapping[str, float], such_as: str) -> float:
+    match = re.fullmatch(form, text)
     if match is None or not float(match[1]):
-        raise ValueError(f"{text!r}; allowed: a time such as 5ms, 0.01s or 300us")
-    return float(match[1]) * _MILLISECONDS[match[2]]
+        raise ValueError(f"{text!r}; allowed: a time such as {such_as}")
+    return float(match[1]) * units[match[2]]
 
 
 def share(text: str) -> float:
@@ -36,10 +40,7 @@ def share(text: str) -> float:
 
 def half_share(text: str) -> float:
     """A share from 0 to 0.5."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = -1.0
+    value = number_of(text)
     if not 0.0 <= value <= 0.5:
         raise ValueError(f"{text!r}; allowed: a number from 0 to 0.5")
     return value
@@ -55,18 +56,7 @@ def setting(text: str) -> tuple[str, str]:
 
 def positive(text: str) -> float:
     """A number above 0."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
+    value = number_of(text)
     if not 0.0 < value < math.inf:
         raise ValueError(f"{text!r}; allowed: a number above 0")
     return value
-
-
-def number(text: str) -> float:
-    """Any number."""
-    try:
-        return float(text)
-    except ValueError:
-        raise ValueError(f"{text!r}; allowed: a number") from None

@@ -8,10 +8,19 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from steadyload.cli.flags import UsageError
-from steadyload.config import number_from_zero, option, positive_number
+from steadyload.cli.terminal import say
+from steadyload.config import (
+    REQUIRED,
+    number_from_zero,
+    operand,
+    option,
+    positive_number,
+    stated,
+)
 
 if TYPE_CHECKING:
     from steadyload.layouts.files.dialect import Dialect
+    from steadyload.layouts.files.refusals import Refusals
 
 _WORDS = "steadyload.layouts.files.dialect:"
 
@@ -78,14 +87,12 @@ class ReadingFlags:
         from steadyload.layouts.model.floor import FloorKind
         from steadyload.layouts.model.snapping import SNAP_GAP
 
-        found: dict[str, Any] = {"dialect": self.dialect(base)}
-        if self.snap or self.snap_gap is not None:
-            found["snap_gap"] = self.snap_gap or SNAP_GAP
-        if self.overhang is not None:
-            found["overhang"] = self.overhang
-        if self.floor is not None:
-            found["floor"] = FloorKind(self.floor)
-        return found
+        return stated(
+            dialect=self.dialect(base),
+            snap_gap=self.snap_gap or (SNAP_GAP if self.snap else None),
+            overhang=self.overhang,
+            floor=None if self.floor is None else FloorKind(self.floor),
+        )
 
     def dialect(self, base: Dialect | None = None) -> Dialect:
         """The dialect of the flags.
@@ -101,9 +108,28 @@ class ReadingFlags:
 
         found = (base or Dialect()) if self.profile is None else load_profile(self.profile)
         keys = ("units", "weight", "up", "positions", "other_columns", "order", "pallet")
-        changes = {key: getattr(self, key) for key in keys}
-        changes["columns"] = columns_of(",".join(self.columns)) if self.columns else None
-        return found.with_changes({k: v for k, v in changes.items() if v is not None})
+        changes = stated(**{key: getattr(self, key) for key in keys})
+        if self.columns:
+            changes["columns"] = columns_of(",".join(self.columns))
+        return found.with_changes(changes)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Files(ReadingFlags):
+    """Files of layouts, and how they are read."""
+
+    files: tuple[Path, ...] = operand(REQUIRED, "layouts; - reads standard input", metavar="FILE")
+
+
+def say_refused(refused: Refusals, valid: int) -> None:
+    """Print why layouts were refused, and how many of how many.
+
+    Args:
+        refused: those.
+        valid: number of the others.
+    """
+    for sentence in refused.sentences(valid):
+        say(f"steadyload: {sentence}")
 
 
 def check_output(output: Path, inputs: Sequence[Path]) -> None:

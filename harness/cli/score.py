@@ -4,23 +4,21 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, TextIO
 
 from steadyload.app.check_defaults import DEFAULT_METHOD
 from steadyload.cli.flags import UsageError
-from steadyload.cli.reading import SOME_REFUSED, ReadingFlags, Strict
+from steadyload.cli.reading import SOME_REFUSED, Files, Strict, say_refused
 from steadyload.cli.terminal import print_table, progress_bar, say
-from steadyload.config import REQUIRED, methods_option, operand, option, positive_number
+from steadyload.config import methods_option, option, positive_number, stated
 
 
 @dataclass(frozen=True, kw_only=True)
-class Score(Strict, ReadingFlags):
+class Score(Strict, Files):
     """Files, methods, and the required reliability of a verdict."""
 
-    files: tuple[Path, ...] = operand(REQUIRED, "layouts; - reads standard input", metavar="FILE")
     methods: tuple[str, ...] = methods_option(
         f"for example sme, pbs:alpha=0.7, ps3@mujoco; may be repeated (default: {DEFAULT_METHOD})"
     )
@@ -60,7 +58,7 @@ class Score(Strict, ReadingFlags):
 
     def run(self) -> int:
         """Judge, warn, print."""
-        from steadyload.cli.uncertain import uncertain_table, without_effect
+        from steadyload.cli.score_tables import uncertain_table, verdict_table, without_effect
         from steadyload.layouts.model.scenarios import Scenario
         from steadyload.methods.registry import make_method
         from steadyload.runs.entries import Entries, scan_entries
@@ -86,21 +84,19 @@ class Score(Strict, ReadingFlags):
             with Entries(scanned) as entries:
                 some_refused = bool(entries.refused.count) and not self.skip_invalid
                 if some_refused:
-                    for sentence in entries.refused.sentences(entries.valid):
-                        say(f"steadyload: {sentence}")
+                    say_refused(entries.refused, entries.valid)
                     if not entries.valid:
                         return 2
                 records = score_entries(
                     entries, judges, scenario=scenario, seed=self.seed, max_items=self.max_items,
                     timeout=self.timeout, **deviations, progress=advance,
                 )  # fmt: skip
-                table: tuple[Sequence[str], Sequence[tuple[str, ...]]] | None = None
+                table = None
                 if self.json:
                     _write_json(counted(records), out)
-                elif self.uncertain is not None:
-                    table = uncertain_table(counted(records))
                 else:
-                    table = _HEADER, list(_rows(counted(records)))
+                    tabled = verdict_table if self.uncertain is None else uncertain_table
+                    table = tabled(counted(records))
         for warning in [*warnings.sentences, *without_effect(sampled.values())]:
             say(warning)
         if table is not None:
@@ -117,32 +113,13 @@ class Score(Strict, ReadingFlags):
         from steadyload.methods.uncertainty import parse_uncertainty
         from steadyload.runs.verdict_reliability import Sampling
 
-        given = {"half_width": self.half_width, "decide": self.decide, "most": self.samples}
-        values = {key: value for key, value in given.items() if value is not None}
+        values = stated(half_width=self.half_width, decide=self.decide, most=self.samples)
         if self.uncertain is None:
             if values:
                 raise SpecError("--half-width, --decide and --samples need --uncertain")
             return {}
         sampling = bind(Sampling, {**values, "seed": self.seed}, where="sampling")
         return {"uncertainty": parse_uncertainty(self.uncertain), "sampling": sampling}
-
-
-_HEADER = ("layout", "method", "items", "score", "failing step", "status", "ms", "why")
-
-
-def _rows(records: Iterable[Mapping[str, Any]]) -> Iterable[tuple[str, ...]]:
-    for record in records:
-        items, score, step = (record[key] for key in ("items", "score", "failing_step"))
-        yield (
-            record["layout"],
-            record["method"],
-            "-" if items is None else str(items),
-            "-" if score is None else f"{score:.3f}",
-            "-" if step is None else str(step),
-            record["status"],
-            f"{1e3 * record['wall_seconds']:.2f}",
-            _why(record),
-        )
 
 
 def _write_json(records: Iterable[Mapping[str, Any]], out: TextIO) -> None:
@@ -152,11 +129,3 @@ def _write_json(records: Iterable[Mapping[str, Any]], out: TextIO) -> None:
         out.write(before + encoder.encode([record]).removeprefix("[").removesuffix("\n]"))
         before = ","
     out.write("\n]\n")
-
-
-def _why(record: Mapping[str, Any]) -> str:
-    """The reason, and the settings that the engine ignored, which are always shown."""
-    from steadyload.cli.box_names import named_reason
-
-    ignored = f"ignored: {', '.join(record['ignored'])}" if record["ignored"] else ""
-    return "; ".join(filter(None, (named_reason(record), ignored)))

@@ -9,29 +9,22 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, get_type_hints
 
-from steadyload.cli.config_file import FIELD, config_option
+from steadyload.cli.flags import CONFIG
 from steadyload.cli.terminal import resumable, say, study_progress
-from steadyload.config import option
+from steadyload.config import option, output_option
 from steadyload.studies.kit import Lab, Study
 from steadyload.studies.registry import AnyStudy
 
 _CORES = os.cpu_count() or 1
+_ABOUT_CONFIG = (
+    "TOML file whose keys are flags of this command, with underscores; flags override it"
+)
 
 
-def output_option(folder: Path | None = None) -> Any:
+def page_option(folder: Path | None = None) -> Any:
     """Option of the folder of the page; without a default it is the work folder."""
-    return option(
-        folder, f"folder of the page (default: {folder or '--work'})", names=("--output", "-o"),
-        metavar="DIR",
-    )  # fmt: skip
-
-
-def work_option(folder: Path | None, what: str = "what is judged", default: str = "") -> Any:
-    """Option of the work folder, from which an interrupted run is resumed."""
-    return option(
-        folder, f"folder of {what}; an interrupted run goes on (default: {default or folder})",
-        metavar="DIR",
-    )  # fmt: skip
+    about = f"folder of the page (default: {folder or '--work'})"
+    return output_option(folder, about, metavar="DIR")
 
 
 def workers_option(workers: int | None) -> Any:
@@ -48,7 +41,7 @@ def _configured(study: AnyStudy, command: Any) -> Study[Any]:
 
 def study_command(study: AnyStudy) -> type[Any]:
     """The command of a study, made of its options."""
-    fields = [*_options(study), *_places(study), (FIELD, Path | None, config_option())]
+    fields = [*_options(study), *_places(study), (CONFIG, Path | None, option(None, _ABOUT_CONFIG))]
 
     def check(command: Any) -> None:
         _configured(study, command)
@@ -78,10 +71,11 @@ def _options(study: AnyStudy) -> Iterator[tuple[str, Any, Any]]:
 def _places(study: AnyStudy) -> Iterator[tuple[str, Any, Any]]:
     """Options of the folders and the workers of a study."""
     if study.resumable:
-        yield "work", Path, work_option(study.work)
-        yield "output", Path | None, output_option()
+        about = f"folder of what is judged; an interrupted run goes on (default: {study.work})"
+        yield "work", Path, option(study.work, about, metavar="DIR")
+        yield "output", Path | None, page_option()
     else:
-        yield "output", Path, output_option(study.work)
+        yield "output", Path, page_option(study.work)
     if study.workers is not None:
         yield "workers", int, workers_option(study.workers)
 

@@ -7,10 +7,10 @@ from pathlib import Path
 
 from steadyload.cli.flags import UsageError
 from steadyload.cli.interrupts import working
-from steadyload.cli.reading import SOME_REFUSED, ReadingFlags, Strict
+from steadyload.cli.reading import SOME_REFUSED, ReadingFlags, Strict, say_refused
 from steadyload.cli.studies import write
 from steadyload.cli.terminal import progress_bar, resumable, say
-from steadyload.config import REQUIRED, operand, option
+from steadyload.config import REQUIRED, operand, option, output_option
 from steadyload.studies.report.study import RunReport
 
 
@@ -22,9 +22,7 @@ class Run(Strict, ReadingFlags):
         REQUIRED, "a study file, or the word 'embedded': a slice of the shipped labelled set",
         metavar="STUDY.toml",
     )  # fmt: skip
-    output: Path | None = option(
-        None, "default: runs/NAME", names=("--output", "-o"), metavar="DIR"
-    )
+    output: Path | None = output_option(None, "default: runs/NAME", metavar="DIR")
     workers: int | None = option(
         None, "processes that judge, or workers of a Dask cluster on this machine (default: one a "
         "core)", names=("--workers", "-j"), least=1,
@@ -76,8 +74,7 @@ class Run(Strict, ReadingFlags):
             )
         manifest = load_manifest(directory)
         refused = Refusals.restated(manifest.get("refused"))
-        for sentence in refused.sentences(manifest["layouts"]):
-            say(f"steadyload: {sentence}")
+        say_refused(refused, manifest["layouts"])
         for warning in study_warnings(manifest["envelope"]):
             say(warning)
         print(f"{computed} rows computed; results in {directory}")
@@ -89,8 +86,8 @@ class Report:
     """A run, and where its page is written."""
 
     directory: Path = operand(REQUIRED, "folder of a study's run", metavar="DIR")
-    output: Path | None = option(
-        None, "folder of the page (default: the study's)", names=("--output", "-o"), metavar="DIR"
+    output: Path | None = output_option(
+        None, "folder of the page (default: the study's)", metavar="DIR"
     )
 
     def run(self) -> None:

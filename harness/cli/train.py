@@ -9,7 +9,7 @@ from pathlib import Path
 from steadyload.cli.readers import duration, half_share, setting
 from steadyload.cli.studies import workers_option
 from steadyload.cli.terminal import progress_bar, resumable, say
-from steadyload.config import REQUIRED, option
+from steadyload.config import REQUIRED, option, output_option, stated
 from steadyload.errors import nearest
 
 
@@ -54,9 +54,9 @@ class Train:
     leaky: bool = option(
         False, "learn from layouts of held-out item lists, too: to study what a leak is worth"
     )
-    output: Path | None = option(
+    output: Path | None = output_option(
         None, "folder of the training; an interrupted one goes on (default: "
-        "runs/train/PRESET-SEED)", names=("--output", "-o"), metavar="DIR",
+        "runs/train/PRESET-SEED)", metavar="DIR",
     )  # fmt: skip
     ship: str | None = option(
         None, "make the weights part of the package (default name: lstm_1, of several members "
@@ -80,10 +80,10 @@ class Train:
         from steadyload.learners.weights import load_weights
 
         question = Question(self.question)
-        named = {key: getattr(self, key) for key in ("features", "network", "seed")}
+        changed = stated(features=self.features, network=self.network, seed=self.seed)
         job = TrainingJob.of(
             preset,
-            {key: value for key, value in named.items() if value is not None} | dict(self.options),
+            changed | dict(self.options),
             members=self.members,
             left_out=self.left_out,
             budget=self.budget,
@@ -148,9 +148,9 @@ class Generate:
         (), "where centres of mass lie; may be repeated (default: S1, S2a and S2b)",
         names=("--scenario",),
     )  # fmt: skip
-    output: Path = option(
+    output: Path = output_option(
         REQUIRED, "folder of the set; an interrupted run goes on, and --lists may grow",
-        names=("--output", "-o"), metavar="DIR",
+        metavar="DIR",
     )  # fmt: skip
     workers: int = workers_option(0)
 

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from steadyload.cli.flags import UsageError
-from steadyload.cli.reading import ReadingFlags
+from steadyload.cli.reading import Files
 from steadyload.cli.terminal import kept_status, print_table, progress_bar, say
-from steadyload.config import REQUIRED, operand, option
+from steadyload.config import option
 from steadyload.escaping import printable
 
 if TYPE_CHECKING:
@@ -24,10 +24,9 @@ _NAME = 20
 
 
 @dataclass(frozen=True, kw_only=True)
-class Transport(ReadingFlags):
+class Transport(Files):
     """Files, the method that answers, and what the loads are put through."""
 
-    files: tuple[Path, ...] = operand(REQUIRED, "layouts; - reads standard input", metavar="FILE")
     method: str = option(
         "equilibrium:sides=frictionless", "largest acceleration that contact forces balance, or a "
         "simulation such as label@mujoco (default: equilibrium:sides=frictionless)",

@@ -11,7 +11,7 @@ from steadyload.cli.flags import UsageError
 from steadyload.cli.readers import duration, milliseconds
 from steadyload.cli.studies import workers_option
 from steadyload.cli.terminal import progress_bar, resumable, say
-from steadyload.config import option
+from steadyload.config import option, output_option
 
 _WORK, _REMADE = Path("runs/tune"), Path("runs/remade")
 
@@ -63,9 +63,9 @@ class Tune:
         None, "mean cost of a layout that counts as fast, such as 20ms (default: 18.5 % of that of "
         "PS_3)", metavar="TIME", read=milliseconds,
     )  # fmt: skip
-    output: Path | None = option(
+    output: Path | None = output_option(
         None, "folder of the search; an interrupted one goes on (default: runs/tune/ENGINE-..., "
-        "or runs/remade/ENGINE-...)", names=("--output", "-o"), metavar="DIR",
+        "or runs/remade/ENGINE-...)", metavar="DIR",
     )  # fmt: skip
     workers: int = workers_option(0)
     write_preset: bool = option(False, "make what is found ps_opt on that engine")
@@ -119,20 +119,11 @@ class Tune:
 
         if self.remake:
             return options_of(self.remake)
-        return SearchOptions.on(
-            self.engine or "",
-            benchmark=self.benchmark,
-            data=self.data,
-            limit=self.limit,
-            algorithm=self.algorithm,
-            space=self.space,
-            seed=self.seed,
-            population=self.population,
-            generations=self.generations,
-            budget=self.budget,
-            begin_with=self.begin_with,
-            goal=self.goal,
-        )
+        own = (
+            "benchmark", "data", "limit", "algorithm", "space", "seed", "population", "generations",
+            "budget", "begin_with", "goal",
+        )  # fmt: skip
+        return SearchOptions.on(self.engine or "", **{name: getattr(self, name) for name in own})
 
     def _cost_model(self, chosen: Any) -> Any:
         from steadyload.tuning.cost import kept_model
@@ -140,15 +131,10 @@ class Tune:
 
         space = space_on(chosen.engine, chosen.space)
         name = _named("cost", chosen.engine, chosen.space, on=chosen.source)
-        file = self.cost or _WORK / f"{name}.json"
         return kept_model(
-            file,
-            space,
-            chosen.source,
-            workers=self.workers,
-            with_goal=chosen.goal is None,
-            report=say,
-        )
+            self.cost or _WORK / f"{name}.json", space, chosen.source, workers=self.workers,
+            with_goal=chosen.goal is None, report=say,
+        )  # fmt: skip
 
 
 def _named(*parts: object, on: Any) -> str:

@@ -7,9 +7,9 @@ from pathlib import Path
 
 from steadyload.app.check_defaults import DEFAULT_METHOD
 from steadyload.cli.flags import UsageError
-from steadyload.cli.reading import SOME_REFUSED, ReadingFlags, check_output
-from steadyload.cli.terminal import say, study_progress
-from steadyload.config import REQUIRED, number_from_zero, operand, option
+from steadyload.cli.reading import SOME_REFUSED, ReadingFlags, check_output, say_refused
+from steadyload.cli.terminal import study_progress
+from steadyload.config import REQUIRED, number_from_zero, operand, option, output_option
 
 _RIDDEN = "label@mujoco"
 """The simulation that a load rides in unless another is named."""
@@ -37,9 +37,7 @@ class View(ReadingFlags):
         None, "of the force on the boxes, one of the rule's (default: 0, forwards)",
         metavar="DEGREES", read=number_from_zero,
     )  # fmt: skip
-    output: Path = option(
-        Path("view.html"), "the page (default: view.html)", names=("--output", "-o")
-    )
+    output: Path = output_option(Path("view.html"), "the page (default: view.html)")
 
     def __post_init__(self) -> None:
         if self.direction is not None and self.transport is None:
@@ -83,6 +81,5 @@ class View(ReadingFlags):
                     progress=tell,
                 )  # fmt: skip
             print(page)
-        for sentence in refused.sentences(len(entries) - refused.count):
-            say(f"steadyload: {sentence}")
+        say_refused(refused, len(entries) - refused.count)
         return SOME_REFUSED if refused.count else 0

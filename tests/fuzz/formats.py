@@ -19,7 +19,7 @@ import parquet
 import stored
 from mutation import mutated, mutated_json
 
-from steadyload.cli.config_file import read_config
+from steadyload.cli.flags import read_config
 from steadyload.config import methods_option, option
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.benchmark import tables

@@ -1,15 +1,36 @@
-"""Tables of ``steadyload score --uncertain``: the reliability of verdicts."""
+"""Tables of ``steadyload score``: verdicts, and with ``--uncertain`` their reliability."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from steadyload.cli.box_names import named_reason
+from steadyload.layouts.model.naming import box_label
 from steadyload.runs.verdict_reliability import Ending
 
 _SHOWN = 3
 """Number of failing steps in a cell, the most probable first."""
+
+_PLAN = ("layout", "method", "items", "score", "failing step")
+"""First columns of both tables: a layout and the verdict on its plan."""
+
+
+def verdict_table(
+    records: Iterable[Mapping[str, Any]],
+) -> tuple[Sequence[str], list[tuple[str, ...]]]:
+    """Header and rows of the table of verdicts."""
+    return (*_PLAN, "status", "ms", "why"), [_verdict_row(record) for record in records]
+
+
+def _verdict_row(record: Mapping[str, Any]) -> tuple[str, ...]:
+    # Settings that the engine ignored are always shown.
+    ignored = f"ignored: {', '.join(record['ignored'])}" if record["ignored"] else ""
+    return (
+        *_plan(record, "-"),
+        record["status"],
+        f"{1e3 * record['wall_seconds']:.2f}",
+        "; ".join(filter(None, (_named_reason(record), ignored))),
+    )
 
 
 def without_effect(records: Iterable[Mapping[str, Any]]) -> list[str]:
@@ -29,25 +50,29 @@ def without_effect(records: Iterable[Mapping[str, Any]]) -> list[str]:
 def uncertain_table(
     records: Iterable[Mapping[str, Any]],
 ) -> tuple[Sequence[str], list[tuple[str, ...]]]:
-    """Header and rows of the table."""
+    """Header and rows of the table of the reliability of verdicts."""
     header = (
-        "layout", "method", "items", "score", "failing step", "stands %", "fails at",
-        "expected score", "samples", "seconds", "why",
+        *_PLAN, "stands %", "fails at", "expected score", "samples", "seconds", "why",
     )  # fmt: skip
     return header, [_row(record, record["uncertain"]) for record in records]
 
 
-def _row(record: Mapping[str, Any], found: Mapping[str, Any] | None) -> tuple[str, ...]:
+def _plan(record: Mapping[str, Any], without_score: str) -> tuple[str, ...]:
+    """Cells of :data:`_PLAN`."""
     items, score, step = (record[key] for key in ("items", "score", "failing_step"))
-    plan = (
+    return (
         record["layout"],
         record["method"],
         "-" if items is None else str(items),
-        record["status"] if score is None else f"{score:.3f}",
+        without_score if score is None else f"{score:.3f}",
         "-" if step is None else str(step),
     )
+
+
+def _row(record: Mapping[str, Any], found: Mapping[str, Any] | None) -> tuple[str, ...]:
+    plan = _plan(record, record["status"])
     if found is None or found["stands"] is None:
-        return (*plan, "-", "-", "-", "-", "-", named_reason(record))
+        return (*plan, "-", "-", "-", "-", "-", _named_reason(record))
     low, high = (100.0 * end for end in found["interval"])
     return (
         *plan,
@@ -56,7 +81,7 @@ def _row(record: Mapping[str, Any], found: Mapping[str, Any] | None) -> tuple[st
         f"{found['expected_score']:.3f}",
         str(found["samples"]),
         f"{found['wall_seconds']:.2f}",
-        "; ".join(filter(None, (named_reason(record), _shortage(found)))),
+        "; ".join(filter(None, (_named_reason(record), _shortage(found)))),
     )
 
 
@@ -73,3 +98,12 @@ def _shortage(found: Mapping[str, Any]) -> str:
     if found["ending"] == Ending.SPENT:
         said.append("more samples would narrow the interval")
     return "; ".join(said)
+
+
+def _named_reason(record: Mapping[str, Any]) -> str:
+    """The reason of a record's verdict, with the box of the failing step, if it has an id."""
+    reason, box = str(record["reason"]), record["failing_box"]
+    if box is None:
+        return reason
+    label = box_label(record["failing_step"], box)
+    return reason if label in reason else ": ".join(filter(None, (label, reason)))
