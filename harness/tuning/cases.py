@@ -11,7 +11,8 @@ from typing import Any
 
 import pandas as pd
 
-from steadyload.layouts.benchmark import PLANAR, REAL, Part, load_benchmark
+from steadyload.engines.registry import capabilities
+from steadyload.layouts.benchmark import CHOOSING, PLANAR, REAL, Part, load_benchmark
 from steadyload.layouts.benchmark.dataset import KEYS
 from steadyload.layouts.model.layout import Layout
 from steadyload.layouts.model.question import Question
@@ -38,24 +39,32 @@ class Case:
     robust: bool | None
 
 
-def check_sets(directories: Sequence[str | None], *, planar: bool = False) -> None:
-    """Check labelled sets that are used together; None is the large one of the package.
+def set_for(engine: str, named: str | None, further: Sequence[str]) -> str:
+    """The labelled set that a choice on an engine is made on: as named, or one of the package.
 
     Args:
-        directories: words or folders.
-        planar: whether they are for an engine of two dimensions.
+        engine: registered name.
+        named: word or folder; None for the set that suits the engine.
+        further: sets that are used, too.
 
     Raises:
-        TuningError: a set stands there twice, or holds layouts that are not planar.
+        TuningError: a set stands there twice, or is not planar on an engine of two dimensions.
     """
-    for name, count in Counter(directory or "benchmark" for directory in directories).items():
-        if count > 1:
-            raise TuningError(f"labelled set {name} is named {count} times; allowed: once")
-    if planar and REAL in directories:
+    planar = capabilities(engine).dimensions == 2
+    directory = named or (PLANAR if planar else CHOOSING)
+    _refuse_twice((directory, *further))
+    if planar and REAL in (directory, *further):
         raise TuningError(
             f"labelled set {REAL}: its layouts are not planar; an engine of two dimensions takes "
             f"planar ones, such as those of {PLANAR}"
         )
+    return directory
+
+
+def _refuse_twice(directories: Sequence[str | None]) -> None:
+    for name, count in Counter(directory or "benchmark" for directory in directories).items():
+        if count > 1:
+            raise TuningError(f"labelled set {name} is named {count} times; allowed: once")
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +83,7 @@ class CaseSource:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "data", tuple(self.data))  # a stored one is a list
-        check_sets((self.directory, *self.data))
+        _refuse_twice((self.directory, *self.data))
 
     def parts(self) -> dict[str | None, str]:
         """The part by set, None for the shipped one.
@@ -82,9 +91,7 @@ class CaseSource:
         Raises:
             TuningError: see :func:`own_part`.
         """
-        parts: dict[str | None, str] = {self.directory: self.part}
-        parts |= {one: own_part(one, self.part) for one in self.data}
-        return parts
+        return {self.directory: self.part} | {one: own_part(one, self.part) for one in self.data}
 
     def stored(self) -> dict[str, Any]:
         """The fields as they are stored; question and further sets only where unusual."""
@@ -131,9 +138,7 @@ def load_cases(source: CaseSource) -> tuple[Case, ...]:
         BenchmarkError: not a labelled set, or it holds no such case.
         TuningError: see :func:`own_part`.
     """
-    found = _turns(source, source.directory, source.part)
-    for further in source.data:
-        found += _turns(source, further, own_part(further, source.part))
+    found = [turn for own in source.parts().items() for turn in _turns(source, *own)]
     return tuple(case for _, _, case in sorted(found, key=lambda turn: turn[:2]))
 
 

@@ -19,13 +19,8 @@ from numpy.typing import NDArray
 from scipy.optimize import nnls
 from scipy.stats import spearmanr
 
-from steadyload.atomic import (
-    ChecksumError,
-    manifest_text,
-    verified_manifest,
-    write_atomically,
-)
-from steadyload.config import bind
+from steadyload.atomic import ChecksumError, manifest_text, verified_manifest, write_atomically
+from steadyload.config import bind, stated
 from steadyload.engines.world import BroadPhase
 from steadyload.escaping import shown
 from steadyload.methods.contract.method import Effort
@@ -104,11 +99,8 @@ class CostModel:
 
     def milliseconds(self, effort: Effort, parameters: SimulationParameters) -> float:
         """The modelled CPU time of one layout."""
-        return 1e-3 * float(self._weights @ counts(effort, parameters))
-
-    @property
-    def _weights(self) -> FloatArray:
-        return np.array([self.microseconds[term] for term in TERMS])
+        weights = np.array([self.microseconds[term] for term in TERMS])
+        return 1e-3 * float(weights @ counts(effort, parameters))
 
 
 def counts(effort: Effort, parameters: SimulationParameters) -> FloatArray:
@@ -227,11 +219,7 @@ def kept_model(
         "space": space.name,
         "version": VERSION,
         "made_by": made_by(make_method(f"simulation@{space.engine}")),
-        **{
-            name: value
-            for name, value in source.stored().items()
-            if name in ("directory", "limit", "data") and value is not None
-        },
+        **stated(**{n: source.stored().get(n) for n in ("directory", "limit", "data")}),
     }
     if path.exists() and (stored := stored_model(path, about)) is not None:
         return stored

@@ -26,20 +26,12 @@ def space_of(found: Mapping[str, Any]) -> Space:
 
 def identity(options: SearchOptions, space: Space) -> dict[str, Any]:
     """Identity of a search. Budgets are not part of it: a search may go on longer."""
-    method = make_method(space.spec(space.start))
     return {
-        "engine": options.engine,
-        "algorithm": options.algorithm,
-        "space": options.space,
+        **options.stored(),
         "genes": {gene.name: list(gene.values) for gene in space.genes},
         "fixed": dict(space.fixed),
         "start": list(space.start),
-        "seed": options.seed,
-        "population": options.population,
-        "begin_with": list(options.begin_with),
-        "source": options.source.stored(),
-        **options.stated_goal(),
-        "made_by": made_by(method),
+        "made_by": made_by(make_method(space.spec(space.start))),
         "search": {
             "proposals": proposers.VERSION,
             "judging": trial.VERSION,

@@ -81,8 +81,7 @@ class Ledger:
         path = _path(directory)
         if not path.exists():
             raise TuningError(f"{directory}: holds no search")
-        first = _content(path).partition(b"\n")[0]
-        identity = _identity(_parse(first, path), path)
+        identity = _identity(_content(path).partition(b"\n")[0], path)
         return identity, cls(directory, identity)
 
     def keep(self, directory: Path) -> None:
@@ -125,7 +124,8 @@ class Ledger:
         begin = [] if self._begun else [json.dumps({"search": self._identity})]
         self._begun = True
         with not_a_link(self._path).open("a", encoding="utf-8") as file:
-            file.writelines(text + "\n" for text in (*begin, _checked(line)))
+            checked = json.dumps({**line, _SUM: checksum(json.dumps(line).encode())})
+            file.writelines(text + "\n" for text in (*begin, checked))
 
     def _read(self, identity: dict[str, Any]) -> bool:
         """Take in the file; returns whether it held a whole line."""
@@ -136,8 +136,7 @@ class Ledger:
         if not end:
             return False
         texts = content[:end].splitlines()
-        first = _parse(texts[0], self._path)
-        found = _identity(first, self._path)
+        found = _identity(texts[0], self._path)
         if found != identity:
             differs = differing(found, identity)
             raise TuningError(
@@ -188,16 +187,11 @@ def _parse(line: bytes, path: Path, number: int = 1) -> dict[str, Any]:
         raise _damaged(path, number) from None
 
 
-def _identity(first: Mapping[str, Any], path: Path) -> dict[str, Any]:
-    found = first.get("search")
+def _identity(first: bytes, path: Path) -> dict[str, Any]:
+    found = _parse(first, path).get("search")
     if not isinstance(found, dict):
         raise TuningError(f"{path}: is not the file of a search")
     return found
-
-
-def _checked(line: Mapping[str, Any]) -> str:
-    """A line with the checksum of what it says."""
-    return json.dumps({**line, _SUM: checksum(json.dumps(line).encode())})
 
 
 def _damaged(path: Path, number: int = 1) -> TuningError:

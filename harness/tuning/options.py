@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from steadyload.engines.registry import engines, world_class
+from steadyload.config import stated
+from steadyload.engines.registry import engines
 from steadyload.errors import nearest
-from steadyload.layouts.benchmark import CHOOSING, PLANAR, Part
+from steadyload.layouts.benchmark import Part
 from steadyload.tuning import TuningError
-from steadyload.tuning.cases import CaseSource, check_sets, own_part
+from steadyload.tuning.cases import CaseSource, own_part, set_for
 from steadyload.tuning.cost import CostModel
 from steadyload.tuning.proposers import ALGORITHMS
 from steadyload.tuning.space import DEFAULT, question_of
+
+_STORED = ("engine", "algorithm", "space", "seed", "population")
+"""Options that are stored as they are."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,9 +74,28 @@ class SearchOptions:
         if self.generations is None and self.budget is None:
             raise TuningError("a search needs a number of generations or a budget")
 
-    def stated_goal(self) -> dict[str, float]:
-        """The goal as it is stored, where one is stated."""
-        return {} if self.goal is None else {"goal": self.goal}
+    def stored(self) -> dict[str, Any]:
+        """What a search and a preset keep of the options; the goal only where one is stated."""
+        return {
+            **{name: getattr(self, name) for name in _STORED},
+            "begin_with": list(self.begin_with),
+            "source": self.source.stored(),
+            **stated(goal=self.goal),
+        }
+
+    @classmethod
+    def restored(
+        cls, stored: Mapping[str, Any], generations: int, model: CostModel | None = None
+    ) -> SearchOptions:
+        """The options of :meth:`stored`, of so many generations."""
+        return cls(
+            **{name: stored[name] for name in _STORED},
+            begin_with=tuple(stored["begin_with"]),
+            source=CaseSource(**stored["source"]),
+            goal=stored.get("goal"),
+            generations=generations,
+            model=model,
+        )
 
     @classmethod
     def on(
@@ -95,15 +119,12 @@ class SearchOptions:
 
         Raises:
             TuningError: see :class:`SearchOptions`, and of :mod:`steadyload.tuning.cases`
-                :func:`check_sets` and :func:`own_part`; no such engine.
+                :func:`set_for` and :func:`own_part`; no such engine.
             BenchmarkError: no such labelled set.
         """
         if engine not in engines():
             raise TuningError(f"unknown engine {engine!r}; {nearest(engine, engines())}")
-        planar = world_class(engine).capabilities.dimensions == 2
-        directory = benchmark or (PLANAR if planar else CHOOSING)
+        directory = set_for(engine, benchmark, data)
         question = question_of(others.get("space", DEFAULT))
-        check_sets((directory, *data), planar=planar)
         part = own_part(directory, Part.SEARCH)
-        source = CaseSource(part, directory, limit, question, data)
-        return cls(engine, source=source, **others)
+        return cls(engine, source=CaseSource(part, directory, limit, question, data), **others)

@@ -10,12 +10,10 @@ from steadyload.layouts.model.question import Question
 from steadyload.methods.contract.spec import as_plain, parse_spec
 from steadyload.methods.tuned import TUNED, Tuned, tuned, tuned_name, write_tuned
 from steadyload.tuning import TuningError
-from steadyload.tuning.cases import CaseSource
 from steadyload.tuning.cost import CostModel
-from steadyload.tuning.ledger import Entry
 from steadyload.tuning.options import SearchOptions
 from steadyload.tuning.search import Search
-from steadyload.tuning.trial import fitness
+from steadyload.tuning.trial import worth
 
 
 def write_preset(search: Search) -> Path:
@@ -35,11 +33,11 @@ def by_worth(searches: Iterable[Search]) -> dict[tuple[str, str], list[Search]]:
     for search in searches:
         key = search.options.engine, search.options.source.question
         found.setdefault(key, []).append(search)
-    return {key: sorted(own, key=_worth, reverse=True) for key, own in found.items()}
+    return {key: sorted(own, key=_fitness, reverse=True) for key, own in found.items()}
 
 
-def _worth(search: Search) -> float:
-    return fitness(search.fittest().trial, search.goal)
+def _fitness(search: Search) -> float:
+    return worth(search.fittest().trial, search.goal)[0]
 
 
 def check_remakable(made_by: Mapping[str, Any]) -> None:
@@ -68,27 +66,16 @@ def options_of(spec: str) -> SearchOptions:
         TuningError: no search found it.
     """
     made_by = _entry(spec).made_by
-    return SearchOptions(
-        engine=made_by["engine"],
-        algorithm=made_by["algorithm"],
-        space=made_by["space"],
-        seed=made_by["seed"],
-        population=made_by["population"],
-        generations=made_by["generations"],
-        begin_with=tuple(made_by["begin_with"]),
-        source=CaseSource(**made_by["source"]),
-        model=CostModel(**made_by["model"]),
-        goal=made_by.get("goal"),
-    )
+    model = CostModel(**made_by["model"])
+    return SearchOptions.restored(made_by, made_by["generations"], model)
 
 
 def differences(spec: str, found: Tuned) -> list[str]:
     """Differences from a preset: parameters, and their evaluation; empty when there are none."""
     stored = _entry(spec)
-    pairs = [
-        (stored.parameters, found.parameters),
-        (stored.made_by["found"], found.made_by["found"]),
-    ]
+    pairs = (
+        (stored.parameters, found.parameters), (stored.made_by["found"], found.made_by["found"])
+    )  # fmt: skip
     return [
         f"{key} is {now.get(key)!r}, was {then.get(key)!r}"
         for then, now in pairs
@@ -113,22 +100,15 @@ def _entry(spec: str) -> Tuned:
 
 def preset(search: Search) -> Tuned:
     """The fittest genotype as a preset, with all that is needed to find it again."""
-    options, best = search.options, search.fittest()
+    best = search.fittest()
     chosen = {*search.space.fixed, *(gene.name for gene in search.space.genes)}
     parameters = as_plain(search.space.parameters(best.genotype))
-    fitness, accuracy, cost = worth(search, best)
+    fitness, accuracy, cost = worth(best.trial, search.goal)
     return Tuned(
         {name: value for name, value in parameters.items() if name in chosen},
         {
-            "engine": options.engine,
-            "algorithm": options.algorithm,
-            "space": options.space,
-            "seed": options.seed,
-            "population": options.population,
+            **search.options.stored(),
             "generations": len(search.ledger.ends),
-            "begin_with": list(options.begin_with),
-            "source": options.source.stored(),
-            **options.stated_goal(),
             "model": search.ledger.facts["model"],
             "found": {
                 "fitness": round(fitness, 6),
@@ -142,9 +122,3 @@ def preset(search: Search) -> Tuned:
             **search.made_by,
         },
     )
-
-
-def worth(search: Search, entry: Entry) -> tuple[float, float, float]:
-    """Fitness, accuracy (0 to 1) and mean cost [ms] of a judged genotype."""
-    trial = entry.trial
-    return fitness(trial, search.goal), trial.accuracy, trial.mean_cost

@@ -19,7 +19,7 @@ from steadyload.runs.pool import run_units
 from steadyload.runs.provenance import provenance
 from steadyload.runs.store import locked
 from steadyload.tuning import TuningError
-from steadyload.tuning.cases import CaseSource, fingerprint, load_cases
+from steadyload.tuning.cases import fingerprint, load_cases
 from steadyload.tuning.cost import GOAL, CostModel, calibrate
 from steadyload.tuning.identity import identity, space_of
 from steadyload.tuning.ledger import Entry, GenerationEnd, Ledger
@@ -39,6 +39,8 @@ from steadyload.tuning.trial import (
     run_trial,
     trial_limit,
     trial_without_result,
+    without_result,
+    worth,
 )
 
 CHEAPEST, DEAREST = 0.3, 100.0
@@ -87,17 +89,7 @@ class Search:
         search.space = space_of(found)
         if search.space.start not in ledger.entries:
             raise TuningError(f"{directory}: the search has not judged its start yet; let it go on")
-        search.options = SearchOptions(
-            engine=found["engine"],
-            algorithm=found["algorithm"],
-            space=found["space"],
-            seed=found["seed"],
-            population=found["population"],
-            generations=len(ledger.ends),
-            begin_with=tuple(found["begin_with"]),
-            source=CaseSource(**found["source"]),
-            goal=found.get("goal"),
-        )
+        search.options = SearchOptions.restored(found, len(ledger.ends))
         search.cases = load_cases(search.options.source)
         return search
 
@@ -136,12 +128,10 @@ class Search:
             report: told a sentence after every generation.
 
         Raises:
-            TuningError: the algorithm needs a package that is not there; the folder's search cannot
-                go on as it began.
+            TuningError: the algorithm needs a package that is not there; or the search was begun
+                with another model of cost or other labels, or its generations would be others now.
             ResultsError: another search is at work in the folder.
             WorkerDiedError: see :func:`steadyload.runs.pool.run_units`.
-            TuningError: the search was begun with another model of cost or other labels, or its
-                generations would be other ones now.
         """
         needs = ALGORITHMS[self.options.algorithm].needs
         if find_spec(needs) is None:
@@ -208,13 +198,13 @@ class Search:
             made_by["versions"][package] = metadata.version(package)
             self.ledger.state("made_by", made_by)
         found = fingerprint(self.cases)
-        if facts.get("cases", found) != found:
+        if "cases" not in facts:
+            self.ledger.state("cases", found)
+        elif facts["cases"] != found:
             raise TuningError(
                 f"{self._directory}: the labelled set has changed since the search was begun; "
                 "choose another folder, or remove it"
             )
-        if "cases" not in facts:
-            self.ledger.state("cases", found)
         if "model" not in facts:
             model = options.model
             if model is None:
@@ -262,7 +252,7 @@ class Search:
         }
         self._judge(missing, self._race(number), workers, number)
         self._check_code()
-        values = [worth for worth, _, _ in self._worth(proposed, number)]
+        values = [fit for fit, _, _ in self._worth(proposed, number)]
         wall = round(time.perf_counter() - started, 3)
         self.ledger.end(GenerationEnd(number, len(proposed), float(np.median(values)), wall))
 
@@ -289,8 +279,7 @@ class Search:
         try:
             return self.space.spec(genotype)
         except ValueError as error:
-            empty = TrialResult(np.zeros(0, dtype=bool), np.zeros(0), reason=str(error))
-            self.ledger.add(Entry(genotype, number, empty))
+            self.ledger.add(Entry(genotype, number, without_result(str(error))))
             return None
 
     def _race(self, number: int) -> Race:
@@ -332,7 +321,7 @@ class Search:
             if not len(trial):
                 found.append((0.0, 0.0, WORST_COST))
             elif len(trial) == len(self.cases):
-                found.append((fitness(trial, self.goal), trial.accuracy, trial.mean_cost))
+                found.append(worth(trial, self.goal))
             else:
                 rival = race.ahead(trial) or fittest
                 found.append(estimated(trial, rival, self.goal, GROWTH[len(trial)]))

@@ -75,7 +75,9 @@ class TrialResult:
         return TrialResult(self.right[:count], self.cost[:count], self.cpu, self.reason)
 
 
-NOTHING = TrialResult(np.zeros(0, dtype=bool), np.zeros(0))
+def without_result(reason: str) -> TrialResult:
+    """The result where a genotype cannot be judged, for that reason."""
+    return TrialResult(np.zeros(0, dtype=bool), np.zeros(0), reason=reason)
 
 
 def speed(cost: float, goal: float) -> float:
@@ -93,6 +95,11 @@ def speed(cost: float, goal: float) -> float:
 def fitness(trial: TrialResult, goal: float) -> float:
     """0.85 accuracy + 0.15 speed, of a genotype that was judged on all cases."""
     return ACCURACY_WEIGHT * trial.accuracy + SPEED_WEIGHT * speed(trial.mean_cost, goal)
+
+
+def worth(trial: TrialResult, goal: float) -> tuple[float, float, float]:
+    """Fitness, accuracy (0 to 1) and mean cost [ms] of a genotype judged on all cases."""
+    return fitness(trial, goal), trial.accuracy, trial.mean_cost
 
 
 def behind(trial: TrialResult, rival: TrialResult) -> tuple[float, float]:
@@ -209,7 +216,7 @@ def run_trial(unit: TrialUnit) -> Iterator[TrialResult]:
     try:
         method = make_method(unit.spec)
     except SpecError as error:
-        yield TrialResult(NOTHING.right, NOTHING.cost, reason=str(error))
+        yield without_result(str(error))
         return
     cases = load_cases(unit.source)
     method.prepare(max(len(case.layout) for case in cases))
@@ -238,4 +245,4 @@ def trial_limit(case_count: int) -> PartLimit[TrialUnit, TrialResult]:
 
 def trial_without_result(unit: TrialUnit, part: int, reason: str) -> TrialResult:
     """Of a genotype that ends the process it is judged in, or exceeds its hard limit."""
-    return TrialResult(NOTHING.right, NOTHING.cost, reason=f"{unit.describe(part)}: {reason}")
+    return without_result(f"{unit.describe(part)}: {reason}")

@@ -19,8 +19,8 @@ from steadyload.reports.columns import (
     significant,
 )
 from steadyload.statistics.estimate import Estimate
-from steadyload.tuning.presets import worth
 from steadyload.tuning.search import Search, hypervolume
+from steadyload.tuning.trial import worth
 
 
 def _from_start(form: Callable[[float], str]) -> Callable[[tuple[float, float]], str]:
@@ -147,7 +147,8 @@ def searching(search: Search) -> Searching:
     """A search as a page shows it."""
     options, ledger, name = search.options, search.ledger, search.name
     judged, whole = search.judged(), search.whole()
-    start, best = worth(search, ledger.entries[search.space.start]), worth(search, search.fittest())
+    entries = ledger.entries[search.space.start], search.fittest()
+    start, best = (worth(entry.trial, search.goal) for entry in entries)
     fitness, accuracy, cost = zip(start, best, strict=True)
     parts = options.source.parts().items()
     described = " and ".join(f"part `{part}` of {of or 'the large set'}" for of, part in parts)
@@ -182,7 +183,7 @@ def searching(search: Search) -> Searching:
 
 
 def _generation(search: Search, name: str, before: int) -> Generation:
-    best, *_ = worth(search, search.fittest(before))
+    best, *_ = worth(search.fittest(before).trial, search.goal)
     return Generation(name, len(search.judged(before)), best, hypervolume(search.front(before)))
 
 

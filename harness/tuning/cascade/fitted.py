@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from steadyload.engines.registry import capabilities, engines
+from steadyload.engines.registry import engines
 from steadyload.errors import nearest
-from steadyload.layouts.benchmark import CHOOSING, PLANAR, Part, load_benchmark
+from steadyload.layouts.benchmark import Part, load_benchmark
 from steadyload.layouts.model.question import Question, with_question
 from steadyload.methods.cascade.thresholds import Ladder, Stage, Thresholds, fingerprint
 from steadyload.methods.contract.spec import SpecError
@@ -23,7 +23,7 @@ from steadyload.tuning.cascade.defaults import BUDGETS, CANDIDATES, CONFIDENCE, 
 from steadyload.tuning.cascade.evaluation import evaluate
 from steadyload.tuning.cascade.fitting import Fit, fit, independent_cases, left_out
 from steadyload.tuning.cascade.step_scores import StepScores, Table, score_steps
-from steadyload.tuning.cases import Case, CaseSource, check_sets, load_cases, own_part
+from steadyload.tuning.cases import Case, CaseSource, load_cases, own_part, set_for
 from steadyload.tuning.cases import fingerprint as cases_fingerprint
 
 SURE = 0.95
@@ -76,13 +76,10 @@ class FitOptions:
                 raise TuningError(f"error budget is {budget:g} points; allowed: above 0, to 100")
         if not 0.0 < self.confidence < 1.0:
             raise TuningError(f"confidence is {self.confidence:g}; allowed: between 0 and 1")
-        planar = capabilities(self.engine).dimensions == 2
-        if self.directory is None:
-            object.__setattr__(self, "directory", PLANAR if planar else CHOOSING)
-        check_sets((self.directory, *self.data), planar=planar)
+        object.__setattr__(self, "directory", set_for(self.engine, self.directory, self.data))
         usual = CANDIDATES if self.question is Question.WITHIN else OF_STANDS
-        asked = self.candidates or usual
-        named = (str(make_method(self.of_engine(spec)).spec) for spec in asked)
+        asked = map(self.of_engine, self.candidates or usual)
+        named = (str(make_method(spec).spec) for spec in asked)
         object.__setattr__(self, "candidates", tuple(named))
 
     def of_engine(self, spec: str) -> str:

@@ -6,7 +6,7 @@ import math
 import time
 from collections.abc import Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -74,12 +74,8 @@ class Table:
             self.fails[steps],
             self.lists[cases],
             {
-                spec: StepScores(
-                    o.scores[steps],
-                    o.cost[steps],
-                    o.opening[cases],
-                    o.decision_threshold,
-                    o.trained,
+                spec: replace(
+                    o, scores=o.scores[steps], cost=o.cost[steps], opening=o.opening[cases]
                 )
                 for spec, o in self.step_scores.items()
             },
@@ -119,26 +115,15 @@ def score_steps(
 
 def _scored(method: Method, cases: Sequence[Case], labelled: Sequence[int]) -> StepScores:
     method.prepare(max(len(case.layout) for case in cases))
+    _of_case(method, cases[0], labelled[0])  # what is only done once is no cost of a step
     scores, cost, opening = [], [], []
     decision_threshold = math.nan
-    clock = time.process_time
-    _steps_of(method, cases[0], labelled[0])  # what is only done once is no cost of a step
     for case, count in zip(cases, labelled, strict=True):
-        began = clock()
-        try:
-            scorer = method.steps(case.layout, Stopwatch())
-        except RefusedError:
-            opening.append(clock() - began)
-            scores += [math.nan] * count
-            cost += [0.0] * count
-            continue
-        opening.append(clock() - began)
-        decision_threshold = scorer.decision_threshold
-        with closing(scorer):
-            for step in range(count):
-                began = clock()
-                scores.append(scorer.step_score(step))
-                cost.append(clock() - began)
+        opened, threshold, steps = _of_case(method, case, count)
+        opening.append(opened)
+        decision_threshold = decision_threshold if threshold is None else threshold
+        scores += [score for score, _ in steps]
+        cost += [spent for _, spent in steps]
     return StepScores(
         np.array(scores),
         1e3 * np.array(cost),
@@ -148,10 +133,23 @@ def _scored(method: Method, cases: Sequence[Case], labelled: Sequence[int]) -> S
     )
 
 
-def _steps_of(method: Method, case: Case, count: int) -> None:
+def _of_case(
+    method: Method, case: Case, count: int
+) -> tuple[float, float | None, list[tuple[float, float]]]:
+    """CPU seconds before the first step, the decision threshold, and score and CPU seconds by step.
+
+    A case that is refused has no threshold, and steps without a score.
+    """
+    clock = time.process_time
+    began = clock()
     try:
-        with closing(method.steps(case.layout, Stopwatch())) as scorer:
-            for step in range(count):
-                scorer.step_score(step)
+        scorer = method.steps(case.layout, Stopwatch())
     except RefusedError:
-        pass
+        return clock() - began, None, [(math.nan, 0.0)] * count
+    opened, threshold, steps = clock() - began, scorer.decision_threshold, []
+    with closing(scorer):
+        for step in range(count):
+            began = clock()
+            score = scorer.step_score(step)
+            steps.append((score, clock() - began))
+    return opened, threshold, steps
