@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
+from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
@@ -36,6 +38,22 @@ class Answer(StrEnum):
     HOVERS = "hovers"
     NOT_JUDGED = "not judged"
     BAD_INPUT = "bad input"
+
+
+_COUNTED = {
+    Answer.STANDS: "stand",
+    Answer.FAILS: "fail",
+    Answer.HOVERS: "hover",
+    Answer.NOT_JUDGED: "not judged",
+    Answer.BAD_INPUT: "bad input",
+}
+
+
+def counted(answers: Iterable[str]) -> list[str]:
+    """How many stand, and fail, in words, and how many have each other answer that there is."""
+    numbers = Counter(answers)
+    usual = (Answer.STANDS, Answer.FAILS)
+    return [f"{numbers[a]} {word}" for a, word in _COUNTED.items() if numbers[a] or a in usual]
 
 
 @dataclass(frozen=True, slots=True)

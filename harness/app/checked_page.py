@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from steadyload.app.answers import on_the_road, too_far
+from steadyload.app.answers import counted, on_the_road, too_far
 from steadyload.app.checking import Answer, Check
 from steadyload.app.notebook_figures import load_picture
 from steadyload.app.viewing import view_of
@@ -100,14 +100,11 @@ def write_checked(
 
 
 def _gallery(cards: Sequence[Card], notes: tuple[str, ...], made: Mapping[str, str]) -> Gallery:
-    count = {kind: sum(card.kind == kind for card in cards) for kind in _KINDS}
-    told = [f"{count['stands']} stand", f"{count['fails']} fail"]
-    told += [f"{count['hovers']} hover"] * bool(count["hovers"])
-    told += [f"{count[kind]} {kind}" for kind in ("not judged", "bad input") if count[kind]]
+    told = counted(card.kind for card in cards)
     marks = {CRUSHED: "with a crushed box", NOT_HELD: "fail on the road"}
     for badge, words in marks.items():
-        if any(badge in card.badges for card in cards):
-            told.append(f"{sum(badge in card.badges for card in cards)} {words}")
+        if count := sum(badge in card.badges for card in cards):
+            told.append(f"{count} {words}")
     return Gallery(
         title="Do these pallets stand while they are loaded?",
         summary=f"{len(cards)} pallet{'s' if len(cards) != 1 else ''}: {', '.join(told)}.",

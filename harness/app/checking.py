@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, partial
 
 from steadyload.app.answers import Answer as Answer
 from steadyload.app.answers import Check as Check
@@ -87,16 +87,16 @@ def check(
     watch = Stopwatch(timeout)
     verdict = judge(judging, layout, timeout)
     verdict, crushed = _unless_crushed(layout, verdict, watch)
-    if verdict.status is not Status.DONE:
-        answer = Answer.NOT_JUDGED
-    else:
-        stands = verdict.stable and crushed is None
-        answer = Answer.STANDS if stands else Answer.FAILS
     found = gaps(layout)
     gap = largest(found)
     note = "" if gap is None else gap.sentence(layout, frame)
-    if answer is Answer.STANDS and gap is not None and gap.exceeds(limit):
-        answer = Answer.HOVERS
+    if verdict.status is not Status.DONE:
+        answer = Answer.NOT_JUDGED
+    elif crushed is not None or not verdict.stable:
+        answer = Answer.FAILS
+    else:
+        hovers = gap is not None and gap.exceeds(limit)
+        answer = Answer.HOVERS if hovers else Answer.STANDS
     said, outside = with_ids(verdict.reason, layout.items), leaves(layout, judging, frame=frame)
     if answer is Answer.NOT_JUDGED:
         reason = said or str(verdict.status)
@@ -211,10 +211,12 @@ def check_all(
             )  # fmt: skip
     done = len(entries) - len(units)
     progress(done, len(entries))
-    limit = None if timeout is None else PartLimit(2.0 * timeout + _PATIENCE, _timed_out)
+    timed_out = partial(_not_judged, Status.TIMEOUT)
     for unit, [answer] in run_units(
-        _check, units, workers=min(workers, len(units)), crashed=_crashed, limit=limit
-    ):
+        _check, units, workers=min(workers, len(units)),
+        crashed=partial(_not_judged, Status.CRASHED),
+        limit=None if timeout is None else PartLimit(2.0 * timeout + _PATIENCE, timed_out),
+    ):  # fmt: skip
         found[unit.place] = replace(answer, file=entries[unit.place][0])
         done += 1
         progress(done, len(entries))
@@ -244,15 +246,7 @@ def _check(unit: _Entry) -> Iterator[Check]:
     )  # fmt: skip
 
 
-def _crashed(unit: _Entry, _: int, reason: str) -> Check:
-    return _not_judged(unit, Status.CRASHED, reason)
-
-
-def _timed_out(unit: _Entry, _: int, reason: str) -> Check:
-    return _not_judged(unit, Status.TIMEOUT, reason)
-
-
-def _not_judged(unit: _Entry, status: Status, reason: str) -> Check:
+def _not_judged(status: Status, unit: _Entry, _: int, reason: str) -> Check:
     items = len(unit.layout)
     verdict = Verdict(items, status, reason=reason)
     return Check(

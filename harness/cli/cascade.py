@@ -59,19 +59,11 @@ class Fit:
         question = Question(self.question)
         if self.output is None:  # reported before minutes of work
             check_remakable(provenance())
-        asked = [
-            FitOptions(
-                engine,
-                self.error_budget or BUDGETS,
-                self.confidence,
-                self.candidates,
-                self.benchmark,
-                self.data,
-                self.limit,
-                question,
-            )
-            for engine in self.engines or (ENGINE,)
-        ]
+        common = (
+            self.error_budget or BUDGETS, self.confidence, self.candidates, self.benchmark,
+            self.data, self.limit, question,
+        )  # fmt: skip
+        asked = [FitOptions(engine, *common) for engine in self.engines or (ENGINE,)]
         fitted = {}
         for one in asked:
             with progress_bar(f"asking for {one.engine}") as advance:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import io
 import json
-from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -202,14 +201,11 @@ def _on_the_road(one: Checked) -> str:
 
 def _counts(found: Sequence[Checked]) -> str:
     """The last line: how many stand, fail and have no answer, and who said so."""
-    from steadyload.app.checking import Answer
+    from steadyload.app.answers import counted
 
-    numbers = Counter(one.answer for one in found)
-    airy = sum(one.answer is Answer.STANDS and one.gaps > 0 for one in found)
-    told = [f"{numbers[Answer.STANDS]} stand" + f" ({airy} with gaps)" * bool(airy)]
-    told += [f"{numbers[Answer.FAILS]} fail"]
-    told += [f"{numbers[Answer.HOVERS]} hover"] * bool(numbers[Answer.HOVERS])
-    told += [f"{numbers[a]} {a}" for a in (Answer.NOT_JUDGED, Answer.BAD_INPUT) if numbers[a]]
+    standing, *others = counted(one.answer for one in found)
+    airy = sum(one.stands and one.gaps > 0 for one in found)
+    told = [standing + f" ({airy} with gaps)" * bool(airy), *others]
     method = f" ({found[0].method})" if found else ""
     pallets = "1 pallet" if len(found) == 1 else f"{len(found)} pallets"
     roads = [one.transport for one in found if one.transport is not None]

@@ -100,47 +100,13 @@ class Recommend:
     def _table(self, front: Front, chosen: Measured) -> None:
         from steadyload.app.recommend.front import best
 
-        if self.overestimation_costs is not None:
-            self._table_of_errors(front, chosen, self.overestimation_costs)
-            return
-        print_table(
-            ("", "method", "accuracy %", "95 % interval", "CPU ms", "no verdict"),
-            [
-                (
-                    "->" if entry == chosen else "",
-                    entry.method,
-                    f"{100 * entry.accuracy.value:.1f}",
-                    f"{100 * entry.accuracy.low:.1f} to {100 * entry.accuracy.high:.1f}",
-                    f"{entry.cpu.value:.3g}",
-                    f"{entry.without_verdict}" if entry.without_verdict else "-",
-                )
-                for entry in best(front.measured, self.engine)
-            ],
-        )
-
-    def _table_of_errors(self, front: Front, chosen: Measured, ratio: float) -> None:
-        from steadyload.app.recommend.front import best, error_cost
-
-        rows = []
+        ratio = self.overestimation_costs
         shown = best(front.measured, self.engine, ratio)
-        if chosen not in shown:  # another one was not accurate enough
+        if ratio is not None and chosen not in shown:  # another one was not accurate enough
             shown = sorted([*shown, chosen], key=lambda entry: entry.cpu.value)
-        for entry in shown:
-            assert entry.errors is not None, "the cost of its errors was computed"
-            cost = error_cost(entry, ratio)
-            rows.append(
-                (
-                    "->" if entry == chosen else "",
-                    entry.method,
-                    f"{cost.value:.3g}",
-                    f"{cost.low:.3g} to {cost.high:.3g}",
-                    f"{100 * entry.errors.over.value:.1f}",
-                    f"{100 * entry.errors.under.value:.1f}",
-                    f"{entry.cpu.value:.3g}",
-                )
-            )
-        header = ("", "method", "cost of errors", "95 % interval", "over %", "under %", "CPU ms")
-        print_table(header, rows)
+        own = _ACCURACY if ratio is None else _ERRORS
+        rows = [("->" if e == chosen else "", e.method, *_cells(e, ratio)) for e in shown]
+        print_table(("", "method", *own), rows)
 
     def _remarks(self, front: Front, chosen: Measured, fronts: tuple[Front, ...]) -> None:
         from steadyload.app.recommend.front import sizes_of
@@ -156,3 +122,21 @@ class Recommend:
             say(f"The interval of {chosen.method} reaches below {100 * self.accuracy:g} %.")
         for spec, why in front.left_out.items():
             say(f"{spec} is left out: {why}.")
+
+
+_ACCURACY = ("accuracy %", "95 % interval", "CPU ms", "no verdict")
+_ERRORS = ("cost of errors", "95 % interval", "over %", "under %", "CPU ms")
+
+
+def _cells(entry: Measured, ratio: float | None) -> tuple[str, ...]:
+    """Cells of a method: its accuracy, or the cost of its errors where a ratio is given."""
+    right, cpu = entry.accuracy, f"{entry.cpu.value:.3g}"
+    if ratio is None:
+        interval = f"{100 * right.low:.1f} to {100 * right.high:.1f}"
+        return f"{100 * right.value:.1f}", interval, cpu, str(entry.without_verdict or "-")
+    from steadyload.app.recommend.front import error_cost
+
+    cost, errors = error_cost(entry, ratio), entry.errors
+    assert errors is not None, "the cost of its errors was computed"
+    shares = (f"{100 * share.value:.1f}" for share in (errors.over, errors.under))
+    return f"{cost.value:.3g}", f"{cost.low:.3g} to {cost.high:.3g}", *shares, cpu

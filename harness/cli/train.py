@@ -12,6 +12,9 @@ from steadyload.cli.terminal import progress_bar, resumable, say
 from steadyload.config import REQUIRED, option, output_option, stated
 from steadyload.errors import nearest
 
+_OF_JOB = ("members", "left_out", "budget", "limit", "lists", "start", "leaky")
+"""Options that are arguments of a :class:`steadyload.learners.jobs.TrainingJob`."""
+
 
 @dataclass(frozen=True)
 class Train:
@@ -84,14 +87,8 @@ class Train:
         job = TrainingJob.of(
             preset,
             changed | dict(self.options),
-            members=self.members,
-            left_out=self.left_out,
-            budget=self.budget,
+            **{name: getattr(self, name) for name in _OF_JOB},
             data=self.data or None,
-            limit=self.limit,
-            lists=self.lists,
-            start=self.start,
-            leaky=self.leaky,
             question=question,
         )
         name = method_for(job.members)
@@ -164,14 +161,9 @@ class Generate:
         for scenario in self.scenarios:
             if scenario not in known:
                 raise LearnerError(f"scenario is {scenario!r}; {nearest(scenario, known)}")
-        chosen = GenerationOptions(
-            lists=self.lists,
-            label=self.label,
-            seed=self.seed,
-            heuristics=self.heuristics,
-            most=self.most,
-            scenarios=tuple(self.scenarios or known),
-        )
+        own = ("lists", "label", "seed", "heuristics", "most")
+        values = {name: getattr(self, name) for name in own}
+        chosen = GenerationOptions(**values, scenarios=tuple(self.scenarios or known))
         with resumable(self.output), progress_bar("item lists") as advance:
             made = generate_labelled(chosen, self.output, workers=self.workers, progress=advance)
         for crash in made["crashed"]:

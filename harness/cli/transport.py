@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -68,7 +68,7 @@ class Transport(Files):
                     say(f"steadyload: {entry.error}")
                     status = BAD_INPUT
                 else:
-                    records += [_record(file, entry, one) for one in ask(entry)]
+                    records += [_record(file, entry, asdict(one)) for one in ask(entry)]
                 advance(done, len(entries))
         with kept_status():
             if self.json:
@@ -77,8 +77,8 @@ class Transport(Files):
                 self._print(records, Frame.of(reading["dialect"]))
         return status or self._worst(records)
 
-    def _question(self) -> Any:
-        """The question: a function of a layout that gives records."""
+    def _question(self) -> Callable[[Any], Sequence[Any]]:
+        """The question: a function of a layout that gives an answer a direction."""
         from steadyload.methods.registry import make_method
         from steadyload.transport.history import recorded
         from steadyload.transport.limits import DIRECTIONS, around, limits
@@ -87,19 +87,13 @@ class Transport(Files):
 
         method = make_method(self.method)
         count = self.directions or DIRECTIONS
-
-        def asked(layout: Any) -> Iterator[dict[str, Any]]:
-            if rule:
-                found: Sequence[Any] = under_rule(layout, rule, method)
-            elif history:
-                found = under_history(layout, history, around(count), method)
-            else:
-                found = limits(layout, method, directions=count)
-            yield from map(asdict, found)
-
-        rule = rule_named(self.rule) if self.rule else None
-        history = recorded(self.history) if self.history else None
-        return asked
+        if self.rule:
+            rule = rule_named(self.rule)
+            return lambda layout: under_rule(layout, rule, method)
+        if self.history:
+            history = recorded(self.history)
+            return lambda layout: under_history(layout, history, around(count), method)
+        return lambda layout: limits(layout, method, directions=count)
 
     @property
     def _answer(self) -> str:

@@ -20,7 +20,7 @@ from steadyload.cli import main
 from steadyload.layouts.benchmark import REAL, load_benchmark
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.model.layout import Item, Layout, Pallet
-from steadyload.methods.contract.method import Verdict
+from steadyload.methods.contract.method import Status, Verdict
 from steadyload.methods.registry import make_method
 from steadyload.runs.scoring import read_entries
 from steadyload.transport.rules import Rule
@@ -249,8 +249,8 @@ def test_a_reader_that_closes_the_pipe_takes_no_status(tmp_path):
 def test_what_ends_its_process_or_hangs_is_not_judged():
     entry = ("f.json", STANDING)
     unit = checking._Entry(0, STANDING, "sme", None)
-    for make, status in ((checking._crashed, "crashed"), (checking._timed_out, "timeout")):
-        found = make(unit, 0, "because")
+    for status in (Status.CRASHED, Status.TIMEOUT):
+        found = checking._not_judged(status, unit, 0, "because")
         assert (str(found.answer), str(found.verdict.status)) == ("not judged", status)
         assert found.sentence == "not judged: because"
     assert [one.file for one in check_all([entry], "sme", workers=1)] == ["f.json"]

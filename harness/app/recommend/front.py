@@ -246,8 +246,15 @@ def recommend(
             f"budget is {budget:g} ms a layout; the cheapest measured: {described(asked[0])}. "
             f"{front.measured_on()}"
         )
-    cheap = [m for m in asked if budget is None or m.cpu.value <= budget]
-    fit = [m for m in cheap if accuracy is None or m.accuracy.value >= accuracy]
+
+    def is_cheap(m: Measured) -> bool:
+        return budget is None or m.cpu.value <= budget
+
+    def is_right(m: Measured) -> bool:
+        return accuracy is None or m.accuracy.value >= accuracy
+
+    cheap = [*filter(is_cheap, asked)]
+    fit = [*filter(is_right, cheap)]
     if not fit:
         within = "" if budget is None else f" within {budget:g} ms"
         raise FrontError(
@@ -255,12 +262,7 @@ def recommend(
             f"{described(cheap[-1])}. {front.measured_on()}"
         )
     if overestimation_costs is not None:
-        allowed = [
-            m
-            for m in front.measured
-            if (budget is None or m.cpu.value <= budget)
-            and (accuracy is None or m.accuracy.value >= accuracy)
-        ]
+        allowed = [m for m in front.measured if is_cheap(m) and is_right(m)]
         return best(allowed, engine, overestimation_costs)[-1]
     return fit[-1] if budget is not None or accuracy is None else fit[0]
 
