@@ -16,24 +16,16 @@ _ALL = "all"
 
 @row
 class QuestionShares:
-    """Cases of a split and scenario that have labels of both questions.
+    """Cases of a split and scenario that have labels of both questions; shares are of these.
 
-    Attributes:
-        split: of the cases.
-        scenario: of them, or all.
-        cases: that were labelled for ``stands``.
-        unsettled: cases in which something still moves after 3 s.
-        failed: cases without a label for another reason.
-        within, stands: share of stable layouts by each question, of the cases with both labels.
-        same: share of cases with the same failing step.
-        earlier, later: share of cases that ``stands`` lets fail earlier, or later, than the label.
+    ``earlier``, ``later``: than by the label of ``within``.
     """
 
     split: str = column()
-    scenario: str = column()
-    cases: int = column()
-    unsettled: int = column()
-    failed: int = column("no label")
+    scenario: str = column(about="or all")
+    cases: int = column(about="labelled for the question stands")
+    unsettled: int = column(about="cases in which something still moves after 3 s")
+    failed: int = column("no label", about="for another reason")
     within: Estimate = column("stable within 0.3 s %", percent)
     stands: Estimate = column("stands %", percent)
     same: Estimate = column("same step %", percent)

@@ -82,17 +82,13 @@ def trace_unit(unit: TraceUnit) -> Iterator[dict[str, Any]]:
     return (trace_row(scenario, layout) for scenario, layout in unit.cases)
 
 
-def crashed_row(unit: TraceUnit, part: int, reason: str) -> dict[str, Any]:
-    """The row of a case that ends the process it is traced in."""
-    return _row(*unit.cases[part], Status.CRASHED, reason)
+def lost_row(status: Status, unit: TraceUnit, part: int, reason: str) -> dict[str, Any]:
+    """The row of a case that ends the process it is traced in, or exceeds its hard limit."""
+    return case_row(*unit.cases[part], status, reason)
 
 
-def timed_out_row(unit: TraceUnit, part: int, reason: str) -> dict[str, Any]:
-    """The row of a case that exceeds its hard limit."""
-    return _row(*unit.cases[part], Status.TIMEOUT, reason)
-
-
-def _row(scenario: str, layout: Layout, status: Status, reason: str = "") -> dict[str, Any]:
+def case_row(scenario: str, layout: Layout, status: Status, reason: str = "") -> dict[str, Any]:
+    """What the row of a case has, whether or not it has a label."""
     return {
         "layout": layout.name,
         "scenario": scenario,
@@ -107,7 +103,7 @@ def trace_row(scenario: str, layout: Layout) -> dict[str, Any]:
     method = make_method(LABEL)
     assert isinstance(method, Simulation)
     trace = trace_loading(layout, method, t_max=T_MAX, samples=SAMPLES, ending=DECISIVE)
-    row = _row(scenario, layout, Status.DONE)
+    row = case_row(scenario, layout, Status.DONE)
     try:
         answers = {spec: _failing_step(spec, trace, layout) for spec in (LABEL, PAPER, *LIMITS)}
     except UndecidedError:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 import pandas as pd
@@ -67,11 +68,7 @@ def label_stands(
 
 
 def _labels_of(
-    directory: Path,
-    part: Part,
-    limit: int | None,
-    workers: int,
-    progress: NamedProgress,
+    directory: Path, part: Part, limit: int | None, workers: int, progress: NamedProgress
 ) -> pd.DataFrame:
     """Labels of the first cases of a part."""
     study = StudyDefinition(
@@ -83,5 +80,4 @@ def _labels_of(
         shard_size=50,
     )
     folder = directory / "stands" / part
-    rows = judged(study, folder, workers, lambda done, total: progress(str(part), done, total))
-    return rows[STANDS.names]
+    return judged(study, folder, workers, partial(progress, str(part)))[STANDS.names]

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -19,8 +20,7 @@ from steadyload.labelling.label_rows import (
     LIMITS,
     TRACES,
     TraceUnit,
-    crashed_row,
-    timed_out_row,
+    lost_row,
     trace_unit,
     traced_by,
 )
@@ -28,6 +28,7 @@ from steadyload.layouts.benchmark.build import BuildOptions, build
 from steadyload.layouts.benchmark.confidence import Reason
 from steadyload.layouts.benchmark.dataset import (
     HELD_OUT,
+    KEYS,
     Benchmark,
     load_benchmark,
     stored_offsets,
@@ -63,7 +64,7 @@ from steadyload.runs.provenance import provenance
 from steadyload.runs.results import load_results
 from steadyload.runs.runner import run_study
 from steadyload.runs.store import Store, locked, parquet
-from steadyload.runs.units import timed_out_row as timed_out_verdict
+from steadyload.runs.units import timed_out_row
 
 _SHARD = 48
 
@@ -103,11 +104,7 @@ PANELS: Mapping[str, tuple[FurtherMethod, ...]] = {"all": JUDGES, "few": FEW_JUD
 """Further methods by the name of their panel."""
 
 
-def build_set(
-    options: BuildOptions,
-    directory: Path,
-    progress: Progress = silent,
-) -> int:
+def build_set(options: BuildOptions, directory: Path, progress: Progress = silent) -> int:
     """Write the layouts and unlabelled cases to ``directory``; returns the number of cases.
 
     Raises:
@@ -131,8 +128,7 @@ def build_set(
         "splits": options.splits.stored(),
         "built_with": provenance(),
     }
-    write_unlabelled(directory, layouts, cases, manifest)
-    return len(cases)
+    return write_unlabelled(directory, layouts, cases, manifest)
 
 
 def _geometries(benchmark: Benchmark) -> frozenset[str]:
@@ -142,10 +138,7 @@ def _geometries(benchmark: Benchmark) -> frozenset[str]:
 
 
 def build_real_set(
-    options: RealOptions,
-    inputs: RealInputs,
-    directory: Path,
-    progress: Progress = silent,
+    options: RealOptions, inputs: RealInputs, directory: Path, progress: Progress = silent
 ) -> int:
     """Write layouts of real size and unlabelled cases; returns the number of cases.
 
@@ -156,9 +149,8 @@ def build_real_set(
     """
     _refuse_set(directory)
     layouts, cases = build_real(options, inputs, progress)
-    manifest = {**real_manifest(options, inputs), "built_with": provenance()}
-    write_unlabelled(directory, layouts, cases, manifest)
-    return len(cases)
+    manifest = real_manifest(options, inputs) | {"built_with": provenance()}
+    return write_unlabelled(directory, layouts, cases, manifest)
 
 
 def _refuse_set(directory: Path) -> None:
@@ -173,8 +165,8 @@ def write_unlabelled(
     layouts: pd.DataFrame,
     cases: Sequence[tuple[str, Layout]],
     manifest: dict[str, Any],
-) -> None:
-    """Write a set without labels.
+) -> int:
+    """Write a set without labels; returns the number of cases.
 
     Args:
         directory: made when it does not exist.
@@ -194,6 +186,7 @@ def write_unlabelled(
     ]
     frame = pd.DataFrame(rows).reindex(columns=CASES.names)
     write_tables(directory, layouts, frame, _no_verdicts(), manifest)
+    return len(cases)
 
 
 def label_set(
@@ -253,22 +246,15 @@ def _label(
     workers: int,
     progress: NamedProgress,
 ) -> None:
-    traces = _traced(directory, workers, lambda done, total: progress("labels", done, total))
+    traces = _traced(directory, workers, partial(progress, "labels"))
     layouts, cases, _, manifest = read_tables(directory)
-    kept = ["offsets", "split", "rank"]
-    cases = cases[["layout", "scenario", *kept]].merge(
-        traces, on=["layout", "scenario"], how="left", validate="1:1"
-    )
+    kept = cases[[*KEYS, "offsets", "split", "rank"]]
+    cases = kept.merge(traces, on=KEYS, how="left", validate="1:1")
     groups = layouts.set_index("layout")[["instance", "item_class"]]
     cases = assign_splits(cases.join(groups, on="layout"), seed=manifest["seed"], sizes=sizes)
     asked = cases[cases["split"].isin(HELD_OUT)]
     opinions = _limits(asked)
-    manifest = {
-        **manifest,
-        "label": LABEL,
-        "splits": sizes.stored(),
-        "labelled_with": provenance(),
-    }
+    manifest = manifest | {"label": LABEL, "splits": sizes.stored(), "labelled_with": provenance()}
     write_tables(directory, layouts, cases, opinions, manifest)
     for part in sorted(asked["split"].unique(), reverse=True):
         said = _asked(directory, part, judges, workers, progress)
@@ -286,8 +272,8 @@ def _traced(directory: Path, workers: int, progress: Progress) -> pd.DataFrame:
     store.complete(
         sorted(units, key=_turn(benchmark)),
         trace_unit,
-        crashed=crashed_row,
-        limit=PartLimit(CASE_SECONDS, timed_out_row),
+        crashed=partial(lost_row, Status.CRASHED),
+        limit=PartLimit(CASE_SECONDS, partial(lost_row, Status.TIMEOUT)),
         workers=workers,
         progress=progress,
     )
@@ -306,7 +292,7 @@ def _turn(benchmark: Benchmark) -> Callable[[TraceUnit], int]:
 def _limits(cases: pd.DataFrame) -> pd.DataFrame:
     """Failing steps of the traces under other thresholds and times."""
     said = [
-        cases[["layout", "scenario"]].assign(
+        cases[KEYS].assign(
             reason=str(Reason.LIMITS),
             judge=str(make_method(spec).spec),
             status=str(Status.DONE),
@@ -336,23 +322,18 @@ def _asked(
         shard_size=50,
     )
     folder = directory / "opinions" / part
-    rows = judged(study, folder, workers, lambda done, total: progress(part, done, total))
-    return pd.DataFrame(
-        {
-            "layout": rows["layout"],
-            "scenario": rows["scenario"],
-            "reason": rows["method"].map(reasons),
-            "judge": rows["method"],
-            "status": rows["status"],
-            "failing_step": rows["failing_step"].astype("Int16"),
-        }
-    )
+    rows = judged(study, folder, workers, partial(progress, part))
+    return rows.assign(
+        reason=rows["method"].map(reasons),
+        judge=rows["method"],
+        failing_step=rows["failing_step"].astype("Int16"),
+    )[OPINIONS.names]
 
 
 def judged(study: StudyDefinition, folder: Path, workers: int, progress: Progress) -> pd.DataFrame:
     """Rows of a study on cases that are labelled; what is there is not judged again."""
     folder.parent.mkdir(exist_ok=True)
-    limit = PartLimit(CASE_SECONDS, timed_out_verdict)
+    limit = PartLimit(CASE_SECONDS, timed_out_row)
     run_study(study, folder, workers=workers, limit=limit, progress=progress)
     return load_results(folder)
 

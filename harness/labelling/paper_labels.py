@@ -7,6 +7,7 @@ with it, in :data:`SHIPPED`; what is missing is made by ``label@reference`` in a
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import islice
@@ -125,7 +126,7 @@ def label_files(
         cases += len(unit)
         if any(content_of(layout) not in found for _, _, layout in unit.judgements):
             units.append(unit)
-    without: dict[str, int] = {}
+    without: Counter[str] = Counter()
     if units:
         with locked(work):
             store = Store(work / "labels", parquet(SCHEMA))
@@ -138,9 +139,7 @@ def label_files(
                 progress=progress,
             )
         for unit in units:
-            statuses = _add(found, unit, store.read(unit.key))
-            for status, count in statuses.items():
-                without[status] = without.get(status, 0) + count
+            without.update(_add(found, unit, store.read(unit.key)))
     return Labelling(found, cases, without)
 
 
@@ -163,16 +162,14 @@ def _parts(cases: Iterable[Case]) -> Iterator[tuple[Case, ...]]:
         yield part
 
 
-def _add(found: dict[int, int | None], unit: Unit, rows: pd.DataFrame) -> dict[str, int]:
-    """Add the labels of a shard; returns the number of cases without one, by status."""
-    without: dict[str, int] = {}
+def _add(found: dict[int, int | None], unit: Unit, rows: pd.DataFrame) -> Iterator[str]:
+    """Add the labels of a shard; yields the status of every case without one."""
     statuses, steps = rows["status"], rows["failing_step"]
     for (_, _, layout), status, step in zip(unit.judgements, statuses, steps, strict=True):
         if status == Status.DONE:
             found[content_of(layout)] = None if pd.isna(step) else int(step)
         else:
-            without[str(status)] = without.get(str(status), 0) + 1
-    return without
+            yield str(status)
 
 
 def labelled_cases(files: PaperFiles, labels: Labels) -> pd.DataFrame:

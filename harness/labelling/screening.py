@@ -14,6 +14,8 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Iterator, Mapping
+from contextlib import closing
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +24,7 @@ import pandas as pd
 import pyarrow as pa
 
 from steadyload.engines.registry import package_versions
-from steadyload.labelling.label_rows import LABEL
+from steadyload.labelling.label_rows import LABEL, case_row
 from steadyload.layouts.benchmark.dataset import KEYS, Part, load_benchmark
 from steadyload.layouts.benchmark.splits import split_by_instance
 from steadyload.layouts.benchmark.tables import (
@@ -89,9 +91,7 @@ _ROWS = pa.schema(
             for what in ("corner", "angle")
             for when in ("last", "most")
         ),
-        pa.field("margin", pa.list_(pa.float32())),
-        pa.field("screen", pa.list_(pa.float32())),
-        pa.field("reference", pa.list_(pa.float32())),
+        *(pa.field(name, pa.list_(pa.float32())) for name in ("margin", "screen", "reference")),
         pa.field("why", pa.list_(pa.string())),
     ]
 )
@@ -155,11 +155,8 @@ def label_screened(
             store.complete(
                 units,
                 screened_rows,
-                crashed=lambda unit, part, reason: _row(unit, part, Status.CRASHED, reason),
-                limit=PartLimit(
-                    CASE_SECONDS,
-                    lambda unit, part, reason: _row(unit, part, Status.TIMEOUT, reason),
-                ),
+                crashed=partial(_lost_row, Status.CRASHED),
+                limit=PartLimit(CASE_SECONDS, partial(_lost_row, Status.TIMEOUT)),
                 workers=workers,
                 progress=progress,
             )
@@ -191,11 +188,8 @@ def screened_rows(unit: ScreenedUnit) -> Iterator[dict[str, Any]]:
 
 def screened_row(scenario: str, layout: Layout) -> dict[str, Any]:
     """A case's labels for both questions, with what was seen at every step."""
-    loading = _Screened(scenario, layout)
-    try:
+    with closing(_Screened(scenario, layout)) as loading:
         return loading.row()
-    finally:
-        loading.close()
 
 
 class _Screened:
@@ -291,11 +285,7 @@ class _Screened:
 
         screen, reference, why = (list(part) for part in zip(*self._seen, strict=True))
         return {
-            "layout": self._layout.name,
-            "scenario": self._scenario,
-            "item_count": len(self._layout),
-            "status": str(status),
-            "reason": reason,
+            **case_row(self._scenario, self._layout, status, reason),
             "failing_step": failing,
             "stands": str(stands),
             "failing_step_stands": step_stands,
@@ -313,16 +303,9 @@ class _Screened:
         }
 
 
-def _row(unit: ScreenedUnit, part: int, status: Status, reason: str) -> dict[str, Any]:
-    scenario, layout = unit.cases[part]
-    return dict.fromkeys(_ROWS.names) | {
-        "layout": layout.name,
-        "scenario": scenario,
-        "item_count": len(layout),
-        "status": str(status),
-        "stands": str(status),
-        "reason": reason,
-    }
+def _lost_row(status: Status, unit: ScreenedUnit, part: int, reason: str) -> dict[str, Any]:
+    own = case_row(*unit.cases[part], status, reason)
+    return dict.fromkeys(_ROWS.names) | own | {"stands": str(status)}
 
 
 def _merge(directory: Path, rows: pd.DataFrame) -> None:

@@ -37,11 +37,9 @@ class PlannedTraining:
         preset: the options that are changed, see :mod:`steadyload.learners.options`.
         options: changed options, without the seed.
         data: names of the plan's sets, and ``benchmark``.
-        seeds: one training each.
         members, left_out, limit, lists, leaky: see :class:`steadyload.learners.jobs.TrainingJob`.
         start: name of the training that is continued, seed by seed.
-        budget: wall seconds over all members. Without a budget the weights depend on the plan
-            alone.
+        budget: over all members. Without a budget the weights depend on the plan alone.
     """
 
     name: str
@@ -58,6 +56,11 @@ class PlannedTraining:
     leaky: bool = False
     budget: float | int = option(86400.0, "of wall time", unit="s", least=0)
 
+    def of_job(self) -> dict[str, Any]:
+        """The arguments of a :class:`steadyload.learners.jobs.TrainingJob` that it states."""
+        names = ("members", "left_out", "budget", "limit", "lists", "leaky")
+        return {name: getattr(self, name) for name in names}
+
     def __post_init__(self) -> None:
         training_preset(self.preset)
         options_from(self.options, where="options")
@@ -73,15 +76,13 @@ class TablePlan:
         methods: spec strings.
         trainings: names; the weights of the first seed are a method, too.
         held: the spec, or name of a training, that all others are compared with.
-        timed: number of cases of the part that are timed, methods in turns.
-        repeats: number of repetitions of the timing.
-        batches: batch sizes for methods that judge many layouts at once.
+        batches: for methods that judge many layouts at once.
     """
 
     methods: tuple[str, ...]
     trainings: tuple[str, ...] = ()
     held: str = "lstm_e"
-    timed: int = option(300, "cases that are timed", least=0)
+    timed: int = option(300, "cases of the part that are timed", least=0)
     repeats: int = option(5, "of the timing", least=0)
     batches: tuple[int, ...] = option((8, 32, 64, 128, 256, 512), "batch sizes", least=0)
 
@@ -116,12 +117,11 @@ class ForeignPlan:
     Attributes:
         judges: learned methods, spec strings.
         others: methods whose verdicts are compared with theirs.
-        max_items: number of the first items of a layout that are judged.
     """
 
     judges: tuple[str, ...]
     others: tuple[str, ...]
-    max_items: int = option(20, "first items that are judged", least=0)
+    max_items: int = option(20, "first items of a layout that are judged", least=0)
 
 
 @dataclass(frozen=True)

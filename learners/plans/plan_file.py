@@ -69,9 +69,7 @@ def _check_names(plan: Plan) -> None:
             raise LearnerError(f"{where}: starts from itself in the end")
     for spec in plan.method_names([Section.TABLE, Section.FOREIGN]):
         make_method(spec)
-    table = plan.table
-    if table is not None and table.held not in (*table.methods, *table.trainings):
-        raise LearnerError(
-            f"table: held is {shown(table.held)}; "
-            f"{nearest(table.held, (*table.methods, *table.trainings))}"
-        )
+    if (table := plan.table) is not None:
+        known = (*table.methods, *table.trainings)
+        if table.held not in known:
+            raise LearnerError(f"table: held is {shown(table.held)}; {nearest(table.held, known)}")

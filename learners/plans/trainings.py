@@ -78,14 +78,9 @@ class Run(SinglePart):
         return TrainingJob.of(
             training_preset(planned.preset),
             {**planned.options, "seed": self.seed},
-            members=planned.members,
-            left_out=planned.left_out,
-            budget=planned.budget,
+            **planned.of_job(),
             data=self.data,
-            limit=planned.limit,
-            lists=planned.lists,
             start=str(self.start.weights) if self.start else "",
-            leaky=planned.leaky,
         )
 
 
@@ -169,14 +164,9 @@ class Workshop:
         start = self._run(planned.start, seed) if planned.start else None
         identity = {
             "options": as_plain(training_preset(planned.preset).options) | dict(planned.options),
-            "members": planned.members,
-            "left_out": planned.left_out,
-            "budget": planned.budget,
+            **planned.of_job(),
             "data": [self._data_identity(each) for each in planned.data],
-            "limit": planned.limit,
-            "lists": planned.lists,
             "start": start.folder.name if start else "",
-            "leaky": planned.leaky,
         }
         return Run(
             training=planned,
@@ -206,12 +196,8 @@ class Workshop:
 
 def _train(run: Run) -> Iterator[str]:
     """Train one seed; the result is empty."""
-    return (_trained(run) for _ in range(1))
-
-
-def _trained(run: Run) -> str:
     train_weights(run.job(), run.folder, threads=1)
-    return ""
+    yield ""
 
 
 def _digest(identity: Mapping[str, Any]) -> str:

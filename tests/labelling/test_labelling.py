@@ -15,7 +15,7 @@ from steadyload.labelling.label_rows import (
     LABEL,
     TRACES,
     TraceUnit,
-    crashed_row,
+    lost_row,
 )
 from steadyload.labelling.label_stands import SPEC, label_stands
 from steadyload.labelling.labelling import (
@@ -40,6 +40,7 @@ from steadyload.layouts.benchmark.tables import (
 from steadyload.layouts.model.question import Question
 from steadyload.layouts.model.scenarios import Scenario
 from steadyload.layouts.packing.packing import random_layouts
+from steadyload.methods.contract.method import Status
 from steadyload.methods.registry import make_method
 
 SIZES = SplitSizes(test=4, validation=2, test_lists=2, validation_lists=1)
@@ -211,7 +212,7 @@ def test_sizes_of_splits_are_those_asked_for_then_those_of_the_manifest(folder):
 
 def test_a_case_that_crashes_has_no_label(tmp_path):
     (layout,) = random_layouts(1, seed=5)
-    row = crashed_row(TraceUnit((("S1", layout),), {}), 0, "by SIGABRT")
+    row = lost_row(Status.CRASHED, TraceUnit((("S1", layout),), {}), 0, "by SIGABRT")
     table = as_parquet(pd.DataFrame([row], columns=TRACES.names), TRACES)
     (tmp_path / "x.parquet").write_bytes(table)
     (found,) = read_parquet(tmp_path / "x.parquet", TRACES).itertuples()
