@@ -7,6 +7,7 @@ from functools import singledispatch
 import numpy as np
 
 from steadyload.app.checking import Check
+from steadyload.config import stated
 from steadyload.layouts.model.layout import Layout
 from steadyload.layouts.model.naming import box_label, with_ids
 from steadyload.methods.contract.method import Status, Verdict
@@ -83,20 +84,17 @@ def load_picture(layout: Layout, verdict: Verdict | None = None) -> LoadPicture:
 
 def _facts(verdict: Verdict) -> dict[str, str]:
     """Values of a verdict with their units, by name; those that it has."""
-    facts = {}
-    if verdict.status is not Status.DONE:
-        facts["status"] = str(verdict.status)
-    if verdict.score is not None:
-        placed = f"{verdict.items_placed} of {verdict.item_count} items placed safely"
-        facts["score"] = f"{significant(verdict.score)} ({placed})"
-    if verdict.failing_step is not None:
-        facts["failing step"] = f"{verdict.failing_step}, counted from 0"
-    if verdict.displacement is not None:
-        facts["displacement"] = f"{verdict.displacement:.1f} cm"
-    if verdict.rotation is not None:
-        facts["rotation"] = f"{verdict.rotation:.1f} degrees"
-    if verdict.ignored:
-        facts["ignored by the engine"] = ", ".join(verdict.ignored)
-    if verdict.wall.total > 0.0:  # a session states none unless it is asked to
-        facts["CPU time"] = brief_time(verdict.cpu.total)
-    return facts
+    score, step, ignored = verdict.score, verdict.failing_step, ", ".join(verdict.ignored)
+    placed = f"{verdict.items_placed} of {verdict.item_count} items placed safely"
+    moved, turned = verdict.displacement, verdict.rotation
+    timed = verdict.wall.total > 0.0  # a session states none unless it is asked to
+    facts = {
+        "status": None if verdict.status is Status.DONE else str(verdict.status),
+        "score": None if score is None else f"{significant(score)} ({placed})",
+        "failing step": None if step is None else f"{step}, counted from 0",
+        "displacement": None if moved is None else f"{moved:.1f} cm",
+        "rotation": None if turned is None else f"{turned:.1f} degrees",
+        "ignored by the engine": ignored or None,
+        "CPU time": brief_time(verdict.cpu.total) if timed else None,
+    }
+    return stated(**facts)

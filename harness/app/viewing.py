@@ -86,10 +86,7 @@ def write_view(
     # A caller that needs only the errors, as the command at its start, needs no templates.
     from steadyload.reports.viewer.page import view_html
 
-    judges = [make_method(spec) for spec in methods]
-    for judge in judges:
-        judge.prepare(len(layout))
-    recordings = [record(layout, judge) for judge in judges]
+    recordings = _recorded(layout, [make_method(spec) for spec in methods], record)
     shown = contact_forces(layout) if record is record_loading else None
     view = view_of(layout, recordings, provenance_lines(), shown, frame=frame)
     write_atomically(Path(output), view_html(view), follow=True)
@@ -192,6 +189,12 @@ def riding(rule: str, direction_deg: float) -> Recorder:
     return lambda layout, method: record_ride(layout, asked, direction_deg, method)
 
 
+def _recorded(layout: Layout, judges: Sequence[Method], record: Recorder) -> list[Recording]:
+    for judge in judges:
+        judge.prepare(len(layout))
+    return [record(layout, judge) for judge in judges]
+
+
 def _card(
     layout: Layout,
     judges: Sequence[Method],
@@ -202,9 +205,7 @@ def _card(
     from steadyload.app.notebook_figures import load_picture
     from steadyload.reports.viewer.page import MARKS, player_html
 
-    for judge in judges:
-        judge.prepare(len(layout))
-    recordings = [record(layout, judge) for judge in judges]
+    recordings = _recorded(layout, judges, record)
     view, verdict = view_of(layout, recordings, made, frame=frame), recordings[0].verdict
     headline, said = recordings[0].headline, with_ids(verdict.sentence(frame), layout.items)
     reason = _reason(recordings[0], layout, frame)

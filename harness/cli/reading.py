@@ -78,7 +78,8 @@ class ReadingFlags:
         """The choices that the flags state, and the dialect: arguments of whoever reads layouts.
 
         Args:
-            base: see :meth:`dialect`.
+            base: the dialect that the flags change, where they name no profile; None for the
+                default.
 
         Raises:
             DialectError: the profile or a name of a column is not allowed.
@@ -88,22 +89,13 @@ class ReadingFlags:
         from steadyload.layouts.model.snapping import SNAP_GAP
 
         return stated(
-            dialect=self.dialect(base),
+            dialect=self._dialect(base),
             snap_gap=self.snap_gap or (SNAP_GAP if self.snap else None),
             overhang=self.overhang,
             floor=None if self.floor is None else FloorKind(self.floor),
         )
 
-    def dialect(self, base: Dialect | None = None) -> Dialect:
-        """The dialect of the flags.
-
-        Args:
-            base: that which the flags change, where they name no profile; None for the default.
-
-        Raises:
-            DialectError: the profile or a name of a column is not allowed.
-            OSError: the profile cannot be read.
-        """
+    def _dialect(self, base: Dialect | None) -> Dialect:
         from steadyload.layouts.files.dialect import Dialect, columns_of, load_profile
 
         found = (base or Dialect()) if self.profile is None else load_profile(self.profile)

@@ -30,7 +30,7 @@ class Recommend:
     overestimation_costs: float | None = option(
         None, "cost of an overestimation, where an underestimation costs 1: the method whose "
         "errors cost least, instead of the most accurate one",
-        names=("--overestimation-costs",), metavar="RATIO", read=positive,
+        metavar="RATIO", read=positive,
     )  # fmt: skip
     boxes: int | None = option(
         None, "number of boxes of a layout (default: the smallest layouts that were measured)",

@@ -50,7 +50,6 @@ class Proposer(Protocol):
 
     def close(self) -> None:
         """No further genotypes are proposed."""
-        ...
 
 
 def first_generation(
@@ -63,7 +62,7 @@ def first_generation(
     return [space.start, *known, *drawn]
 
 
-class Genetic:
+class Genetic(Proposer):
     """The genetic algorithm of the paper's Section 5.2, by PyGAD.
 
     Roulette-wheel selection, uniform crossover, random mutation of two genes. PyGAD draws from
@@ -126,7 +125,7 @@ def _evolve(line: Connection, first: list[Genotype], sizes: list[int], seed: int
     algorithm.run()
 
 
-class MultiObjective:
+class MultiObjective(Proposer):
     """NSGA-II by Optuna: accuracy up, logarithm of the cost down."""
 
     needs = "optuna"
@@ -160,9 +159,6 @@ class MultiObjective:
         """See :meth:`Proposer.tell`."""
         for trial, (_, accuracy, cost) in zip(self._asked, values, strict=True):
             self._study.tell(trial, (accuracy, float(np.log10(cost))))
-
-    def close(self) -> None:
-        """See :meth:`Proposer.close`."""
 
 
 ALGORITHMS: dict[str, type[Genetic] | type[MultiObjective]] = {

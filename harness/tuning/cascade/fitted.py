@@ -142,8 +142,9 @@ def fit_cascade(options: FitOptions, *, progress: Progress = silent) -> Threshol
         )
         for budget, found in fits.items()
     }
+    given = dataclasses.asdict(options).items()
     made_by = {
-        **{key: _plain(value) for key, value in dataclasses.asdict(options).items()},
+        **{name: list(value) if isinstance(value, tuple) else value for name, value in given},
         "cases": cases_fingerprint(cases),
         **provenance(),
     }
@@ -242,7 +243,3 @@ def _errors_elsewhere(stage: Stage, step_scores: StepScores, table: Table) -> di
         "decided": int(decided.sum()),
         "wrong": int((decided & (unstable != table.fails)).sum()),
     }
-
-
-def _plain(value: Any) -> Any:
-    return list(value) if isinstance(value, tuple) else value
