@@ -40,20 +40,11 @@ class Answer(StrEnum):
     BAD_INPUT = "bad input"
 
 
-_COUNTED = {
-    Answer.STANDS: "stand",
-    Answer.FAILS: "fail",
-    Answer.HOVERS: "hover",
-    Answer.NOT_JUDGED: "not judged",
-    Answer.BAD_INPUT: "bad input",
-}
-
-
 def counted(answers: Iterable[str]) -> list[str]:
     """How many stand, and fail, in words, and how many have each other answer that there is."""
-    numbers = Counter(answers)
-    usual = (Answer.STANDS, Answer.FAILS)
-    return [f"{numbers[a]} {word}" for a, word in _COUNTED.items() if numbers[a] or a in usual]
+    numbers, usual = Counter(answers), (Answer.STANDS, Answer.FAILS)
+    verbs = {Answer.STANDS: "stand", Answer.FAILS: "fail", Answer.HOVERS: "hover"}
+    return [f"{numbers[a]} {verbs.get(a, a)}" for a in Answer if numbers[a] or a in usual]
 
 
 @dataclass(frozen=True, slots=True)

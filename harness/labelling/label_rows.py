@@ -88,7 +88,7 @@ def lost_row(status: Status, unit: TraceUnit, part: int, reason: str) -> dict[st
 
 
 def case_row(scenario: str, layout: Layout, status: Status, reason: str = "") -> dict[str, Any]:
-    """What the row of a case has, whether or not it has a label."""
+    """The values of a row that it has whether or not its case has a label."""
     return {
         "layout": layout.name,
         "scenario": scenario,

@@ -75,7 +75,7 @@ class SearchOptions:
             raise TuningError("a search needs a number of generations or a budget")
 
     def stored(self) -> dict[str, Any]:
-        """What a search and a preset keep of the options; the goal only where one is stated."""
+        """The options that a search and a preset keep; the goal only where one is stated."""
         return {
             **{name: getattr(self, name) for name in _STORED},
             "begin_with": list(self.begin_with),
