@@ -161,13 +161,6 @@ class Column:
         return self.format(of(row))
 
 
-def words(
-    title: str, value: str | int | Callable[[Any], Any] = "", form: Callable[[Any], str] = cell
-) -> Column:
-    """A column of words, aligned left."""
-    return Column(title, value, form, left=True)
-
-
 def columns_for(
     keys: Iterable[Key],
     title: str | Callable[[Key], str],
@@ -256,27 +249,6 @@ class Table:
             ([column.cell(row) for column in columns] for row in self.rows),
             [column.left for column in columns],
         )
-
-
-def estimates_table(
-    title: str,
-    found: Mapping[str, Estimate],
-    quantity: str,
-    form: Callable[[Any], str] = percent,
-    *,
-    caption: str = "",
-) -> Table:
-    """A row a name: how many were observed, and the estimate.
-
-    Args:
-        title: of the column of names.
-        found: estimates by name.
-        quantity: title of the column of estimates.
-        form: makes the text of an estimate.
-        caption: a paragraph that stands before the table.
-    """
-    columns = [words(title, 0), Column("n", lambda row: row[1].n), Column(quantity, 1, form)]
-    return Table(tuple(found.items()), columns, caption)
 
 
 def markdown_table(header: Sequence[str], rows: Iterable[Sequence[str]], *, left: int = 1) -> str:

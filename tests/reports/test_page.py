@@ -13,7 +13,7 @@ from steadyload.atomic import LinkError, checksum
 from steadyload.reports.pages import writing
 from steadyload.reports.pages.page import Page, Picture, Section
 from steadyload.reports.pages.writing import write_page
-from steadyload.reports.table import Column, Table, columns_for, words
+from steadyload.reports.table import Column, Table, columns_for
 
 PAGES = ("report.md", "report.html")
 SUM = re.compile(r"\.[0-9a-f]{16}(?=\.)")
@@ -223,12 +223,15 @@ def test_what_an_editor_or_an_earlier_version_left_stays(tmp_path, name):
     assert "figures/b.svg" in files(tmp_path)
 
 
-WIDE = Table([("a", *range(7)), ("b", *range(7, 14))], [words("name", 0)] + [
+WIDE = Table([("a", *range(7)), ("b", *range(7, 14))], [Column("name", 0, left=True)] + [
     Column(f"number {k}", k) for k in range(1, 8)
 ])  # fmt: skip
 ENGINES = Table(
     [{"x": 1}],
-    [words("what", lambda row: "x"), *columns_for(range(1, 9), "engine {}", lambda r, k: k)],
+    [
+        Column("what", lambda row: "x", left=True),
+        *columns_for(range(1, 9), "engine {}", lambda r, k: k),
+    ],
 )
 
 

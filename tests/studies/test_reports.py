@@ -15,15 +15,14 @@ from steadyload.reports.charts.front import front
 from steadyload.reports.pages.writing import write_page
 from steadyload.reports.style import colour, face, marker
 from steadyload.reports.table import (
+    Column,
     Table,
     columns_for,
     compact,
-    estimates_table,
     markdown_table,
     milliseconds,
     percent,
     significant,
-    words,
     yes_no,
 )
 from steadyload.runs.definition import load_study
@@ -198,21 +197,13 @@ def test_a_column_stands_for_every_key_that_rows_have():
         Row("b", {"S2": Estimate(0.5, 0.4, 0.6, 9)}),
     ]
     columns = [
-        words("name"),
+        Column("name", "name", str, left=True),
         *columns_for(("S1", "S2"), "{} %", "shares", percent),
         *columns_for(("S1",), str.lower, lambda row, key: key in row.shares, yes_no),
     ]
     assert str(Table(rows, columns, "Shares:")) == "Shares:\n\n" + markdown_table(
         ("name", "S1 %", "S2 %", "s1"),
         [("a", "80.0 [70.0, 90.0]", "-", "yes"), ("b", "-", "50.0 [40.0, 60.0]", "no")],
-    )
-
-
-def test_estimates_by_name_are_a_table_of_their_own():
-    found = {"half": Estimate(0.5, 0.4, 0.6, 9), "none": Estimate(0.0, 0.0, 0.1, 7)}
-    assert str(estimates_table("part", found, "share %")) == markdown_table(
-        ("part", "n", "share %"),
-        [("half", "9", "50.0 [40.0, 60.0]"), ("none", "7", "0.0 [0.0, 10.0]")],
     )
 
 
