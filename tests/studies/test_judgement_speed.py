@@ -198,7 +198,8 @@ RUN = Found(
 def test_the_page_shows_what_was_found():
     page = Speed().page(RUN)
     assert page.summary.startswith(
-        "A judgement takes, on this, one core, compiled and warm: FBS 10"
+        "A judgement of a layout of 9.4 items on average takes, on this, one core, compiled and "
+        "warm: FBS 10"
     )
     text = "\n".join(str(block) for section in page.sections for block in section.placed)
     for shown in (

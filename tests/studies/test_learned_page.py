@@ -136,7 +136,7 @@ def test_a_page_shows_its_records(tmp_path):
         "90.0 % without the tenth",
         "4 to 1305", "31", "refuses 90.0 [88.0, 92.0] % of 40 layouts.",
         "0123456789ab", "feedbeef", "- plain: `steadyload train --option seed=7`",
-        "No training but the leaky ones learnt from these item lists, and none was stopped",
+        "No training learnt from these item lists or was stopped by its accuracy on them, but for",
     ):  # fmt: skip
         assert said in whole, said
     # What was not run is not on the page.

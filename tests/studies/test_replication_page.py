@@ -213,8 +213,10 @@ def test_the_paper_is_quoted():
 def test_the_page_answers(found, tmp_path):
     text = write_page(Replication().page(Found(found)), tmp_path).read_text()
     _, answer, data, *_ = text.split("\n\n")
-    assert answer.startswith("A memoriser only repeats the label of the training file that")
-    assert "The paper's LSTM_e is right on 98.7 %; trained here, it is right on" in answer
+    assert answer.startswith(
+        "The paper's LSTM_e, trained here, is right on 66.7 % (30.0 to 90.3, n = 6)"
+    )
+    assert "; the paper has 98.7 %." in answer
     assert data.startswith("The test files are the same under every split, 6 a scenario")
     assert "Not all readings of PS_3 and PS_5 were judged" in text
     assert "under-trained" not in text

@@ -7,7 +7,7 @@ from steadyload.layouts.packing.packing import ITEM_CLASSES, SPACE_RULES, make_i
 from steadyload.methods import make_method
 from steadyload.methods.contract import stopwatch
 from steadyload.methods.session.stable_packing import pack_stably
-from steadyload.reports.table import milliseconds, percent
+from steadyload.reports.table import percent
 from steadyload.studies.kit import Lab
 from steadyload.studies.session import placing
 from steadyload.studies.session.packing_gains import PACKED_BY, packing_gains
@@ -117,7 +117,7 @@ def test_the_page_shows_what_was_found(gains, curves, assert_shown):
     assert_shown(
         Session(),
         Found(curves, gains, {}),
-        answer=[percent(best.stable), percent(nobody.stable), milliseconds(best.cpu)],
+        answer=[percent(best.stable), percent(nobody.stable)],
         tables=[curves, *(task.gains for task in gains)],
         charts=["placements"],
     )
