@@ -254,7 +254,12 @@ def test_the_page_answers_first(study, found, tmp_path):
     assert "1 of the cases are customers' pallets (1 pallets of 1 orders)" in first
     assert "1 of 1 by the label *within*" in text
     assert "FBS: 75.0 [" in first
-    assert "Of 3 other methods, each compared with it, these do not differ from it" in first
+    for of in found.sets:
+        alike, others = of.alike
+        title, names = of.best.method.title, ", ".join(pair.first.title for pair in alike)
+        plural = "" if others == 1 else "s"
+        assert f"Of {others} other method{plural}, each compared with {title} alone" in first
+        assert f"do not differ from it significantly: {names or '-'}." in first
     assert "62.5 % (within), 50.0 % (stands)." in text
 
 
