@@ -262,9 +262,3 @@ def _disputes(said: pd.DataFrame, swept: pd.DataFrame, base: pd.DataFrame) -> li
             )
         )
     return disputes
-
-
-def _movement(row: pd.Series) -> tuple[float, float] | None:
-    """Displacement [cm] and rotation [degrees] of a row; None where it lacks one."""
-    found = row[["displacement_cm", "rotation_deg"]]
-    return None if found.isna().any() else (float(found.iloc[0]), float(found.iloc[1]))
