@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from enum import StrEnum
+from itertools import combinations
 from typing import NamedTuple
 
 from steadyload.layouts.benchmark import Part, load_benchmark
@@ -320,16 +322,15 @@ def _places(
 ) -> Iterator[Place]:
     """A method each, under its name as it stands."""
     keys = {spec: judged.keys[_known(spec, rule, knowledge)] for spec in plain}
+    better, worse = Counter[str](), Counter[str]()
+    for one, other in combinations(keys, 2):
+        ahead = difference(own.right[keys[one]], own.right[keys[other]], own.clusters)
+        if ahead.low > 0.0 or ahead.high < 0.0:
+            first, second = (one, other) if ahead.low > 0.0 else (other, one)
+            better[second] += 1
+            worse[first] += 1
     for spec, key in keys.items():
-        ahead = [
-            difference(own.right[key], own.right[other], own.clusters)
-            for other in keys.values()
-            if other != key
-        ]
-        ranks = Ranks(
-            1 + sum(one.high < 0.0 for one in ahead),
-            len(keys) - sum(one.low > 0.0 for one in ahead),
-        )
+        ranks = Ranks(1 + better[spec], len(keys) - worse[spec])
         found = accuracy(own.right[key], own.clusters)
         yield Place(judged.keys[spec], rule.short, by, knowledge, found, ranks)
 
