@@ -31,6 +31,8 @@ class EngineEntry:
     parameters of a simulation on this engine (see :func:`steadyload.engines.quantities.quantity`).
     ``extra`` names the optional dependencies of this distribution that bring them. An engine that
     has one takes part in studies where it is installed, and in tests where it is named.
+    ``base``: every installation has its packages, but on platforms that they are not published for;
+    its extra is another name of them, and tests need not name it.
     ``check_only``: it checks others, and is compared with them only where it is named.
     ``newest``: the newest Python that its packages are published for; None where that is any.
     """
@@ -39,6 +41,7 @@ class EngineEntry:
     packages: tuple[str, ...] = ()
     options: str = ""
     extra: str = ""
+    base: bool = False
     check_only: bool = False
     newest: tuple[int, int] | None = None
 
@@ -69,6 +72,7 @@ ENGINES: dict[str, EngineEntry] = {
         ("rapier3d",),
         options="steadyload.engines.rapier_options:RapierOptions",
         extra="rapier",
+        base=True,
     ),
     "drake": EngineEntry(
         "steadyload.engines.with_drake:DrakeWorld", ("drake",), extra="drake", check_only=True
@@ -111,7 +115,20 @@ def engines_here() -> tuple[str, ...]:
 def _joins(entry: EngineEntry) -> bool:
     """Whether an optional engine takes part where all are compared."""
     optional = bool(entry.extra) and not entry.check_only
-    return optional and all(map(_is_installed, entry.packages))
+    return optional and not _missing(entry)
+
+
+def missing_packages(name: str) -> tuple[str, ...]:
+    """Packages of an engine that are not installed.
+
+    Raises:
+        KeyError: no engine of that name.
+    """
+    return _missing(engines()[name])
+
+
+def _missing(entry: EngineEntry) -> tuple[str, ...]:
+    return tuple(package for package in entry.packages if not _is_installed(package))
 
 
 @cache
@@ -121,8 +138,7 @@ def absent_engines() -> dict[str, str]:
     for name, entry in engines().items():
         if entry.newest is None or sys.version_info[:2] <= entry.newest:
             continue
-        lost = [package for package in entry.packages if not _is_installed(package)]
-        if lost:
+        if lost := _missing(entry):
             here = platform.python_version()
             newest = ".".join(map(str, entry.newest))
             found[name] = f"{lost[0]} is published for Python {newest} at most, and this is {here}"
@@ -137,10 +153,8 @@ def world_class(name: str) -> type[FixedStepWorld]:
         EngineNotInstalledError: its library is missing.
     """
     entry = engines()[name]
-    if entry.extra:
-        for package in entry.packages:
-            if not _is_installed(package):
-                raise EngineNotInstalledError(_needs(name, package))
+    if entry.extra and (lost := _missing(entry)):
+        raise EngineNotInstalledError(_needs(name, lost[0]))
     return _declared_class(name)
 
 
@@ -175,8 +189,8 @@ def _declared_class(name: str) -> type[FixedStepWorld]:
 
 
 def _needs(name: str, package: str) -> str:
-    extra = engines()[name].extra
-    told = f"'steadyload[{extra}]'" if extra else package
+    entry = engines()[name]
+    told = f"'steadyload[{entry.extra}]'" if entry.extra and not entry.base else package
     return f"engine {name!r} needs the package {package}: pip install {told}"
 
 

@@ -57,10 +57,10 @@ class RapierWorld(RebuiltWorld):
         ),
         version=2,  # since boxes slide at their friction
         changing_gravity=SettingSupport(Support.HONOURED),
-        notes="Installed with `pip install '.[rapier]'`. Single precision. A contact is a "
-        "damped spring of a frequency of its own (`contact_frequency`), so that the foot of a pile "
-        "sinks in. Scenes are simulated ten times as large, under ten times the gravity "
-        "(`length_scale`), because some lengths within Rapier are fixed.",
+        notes="Single precision. A contact is a damped spring of a frequency of its own "
+        "(`contact_frequency`), so that the foot of a pile sinks in. Scenes are simulated ten "
+        "times as large, under ten times the gravity (`length_scale`), because some lengths "
+        "within Rapier are fixed.",
     )
 
     def __init__(self, settings: WorldSettings) -> None:

@@ -220,7 +220,7 @@ def engine(request: pytest.FixtureRequest) -> str:
 @pytest.fixture(
     params=[
         pytest.param(name, marks=pytest.mark.deep(f"needs the extra {entry.extra}"))
-        if entry.extra
+        if entry.extra and not entry.base
         else name
         for name, entry in engines().items()
     ]

@@ -148,6 +148,25 @@ def project():
     return tomllib.loads((ROOT / "pyproject.toml").read_text())
 
 
+def test_rapier_is_asked_for_on_the_platforms_that_it_has_a_wheel_for_and_no_other(project):
+    """Wheels of 0.36.1 on https://pypi.org/project/rapier3d/#files, and no source."""
+    [rapier] = [text for text in project["project"]["dependencies"] if text.startswith("rapier3d")]
+    marker = Requirement(rapier).marker
+    platforms = itertools.product(
+        ("linux", "darwin", "win32"),
+        ("x86_64", "aarch64", "arm64", "AMD64", "ARM64", "i686", "ppc64le", "x86"),
+    )
+    asked = {
+        (system, machine)
+        for system, machine in platforms
+        if marker.evaluate({"sys_platform": system, "platform_machine": machine})
+    }
+    assert asked == {
+        ("linux", "x86_64"), ("linux", "aarch64"), ("darwin", "arm64"), ("win32", "AMD64")
+    }  # fmt: skip
+    assert project["project"]["optional-dependencies"]["rapier"] == []
+
+
 def test_the_version_is_one_and_its_changes_are_dated(project):
     """In the package, where it is cited, and in the newest dated part of the changelog."""
     cited = yaml.safe_load((ROOT / "CITATION.cff").read_text())

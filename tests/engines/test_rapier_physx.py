@@ -30,7 +30,6 @@ def moved(world, boxes, settings):
         return float(np.abs(made.poses().centres - [box.centre for box in boxes]).max())
 
 
-@pytest.mark.deep("needs the extra rapier")
 def test_a_higher_frequency_of_contacts_lets_a_pile_sink_less(world_of):
     rapier = world_of("rapier")
     from steadyload.engines.rapier_options import RapierOptions
@@ -46,7 +45,6 @@ def test_a_higher_frequency_of_contacts_lets_a_pile_sink_less(world_of):
         rapier(WorldSettings(options=object()))
 
 
-@pytest.mark.deep("needs the extra rapier")
 def test_small_boxes_are_pushed_apart_unless_they_are_simulated_larger(world_of):
     rapier = world_of("rapier")
     from steadyload.engines.rapier_options import RapierOptions
@@ -64,7 +62,6 @@ def test_small_boxes_are_pushed_apart_unless_they_are_simulated_larger(world_of)
     assert larger < 3e-4 < 2e-3 < as_it_is
 
 
-@pytest.mark.deep("needs the extra rapier")
 def test_options_of_rapier_are_parameters_of_a_simulation(world_of, stack):
     world_of("rapier")
     method = make_method("simulation@rapier:contact_frequency=200,length_scale=1")
