@@ -10,7 +10,7 @@ from functools import cache, partial
 from steadyload.app.answers import Answer as Answer
 from steadyload.app.answers import Check as Check
 from steadyload.app.answers import Reliability
-from steadyload.app.check_defaults import DEFAULT_METHOD, GAPS_CM
+from steadyload.app.check_defaults import GAPS_CM, default_method, default_methods
 from steadyload.app.faults import footing_at_fault, reason_of
 from steadyload.app.recommend.front import Front, FrontError, front_for
 from steadyload.app.recommend.kept import load_fronts
@@ -51,7 +51,7 @@ class GapLimitError(UserError):
 
 def check(
     layout: Layout,
-    method: str | Method = DEFAULT_METHOD,
+    method: str | Method | None = None,
     *,
     timeout: float | None = None,
     transport: str | Rule | None = None,
@@ -62,7 +62,8 @@ def check(
 
     Args:
         layout: the plan, in the order of loading.
-        method: that answers, or its spec.
+        method: that answers, or its spec; None for the default one for so many boxes
+            (:func:`steadyload.app.check_defaults.default_method`).
         timeout: CPU seconds that it and the look for crushed boxes may take.
         transport: a rule of the road that the complete load is asked to hold, such as ``en12195``,
             or a TOML file of one; by the method where it judges accelerations, else by
@@ -81,7 +82,7 @@ def check(
     require_layout(layout)
     limit, frame = _gap_limit(gaps_cm), frame or Frame()
     rule = rule_named(transport) if isinstance(transport, str) else transport
-    judging = _made(method)
+    judging = _default(default_method(len(layout))) if method is None else _made(method)
     judging.prepare(len(layout))
     spec = str(judging.spec)
     watch = Stopwatch(timeout)
@@ -167,7 +168,7 @@ def _gap_limit(gaps_cm: float | None) -> float:
 
 def check_all(
     entries: Sequence[tuple[str, Layout | Refused]],
-    method: str | Method = DEFAULT_METHOD,
+    method: str | Method | None = None,
     *,
     timeout: float | None = None,
     transport: str | None = None,
@@ -180,7 +181,7 @@ def check_all(
 
     Args:
         entries: as :func:`steadyload.runs.scoring.read_entries` gives them.
-        method: see :func:`check`.
+        method: see :func:`check`; None: every layout is judged by the default for its size.
         timeout: likewise; a process that does not heed it is ended some seconds later.
         transport: likewise.
         gaps_cm: likewise.
@@ -193,16 +194,21 @@ def check_all(
         WorkerDiedError: see :func:`steadyload.runs.pool.run_units`.
     """
     seconds_allowed(timeout)
-    judging = make_method(method) if isinstance(method, str) else method
-    use_methods([judging])
-    judging.prepare()  # what is wrong with the method is told at once, and once
+    named = None if method is None else _made(method)
+    sizes = [len(entry) for _, entry in entries if isinstance(entry, Layout)]
+    judges = [make_method(spec) for spec in default_methods(sizes)] if named is None else [named]
+    use_methods(judges)
+    for judging in judges:
+        judging.prepare()  # what is wrong with a method is told at once, and once
     rule = None if transport is None else rule_named(transport)
     most = _gap_limit(gaps_cm)
-    spec = str(judging.spec)
     found: list[Check | None] = [None] * len(entries)
     units = []
     for place, (file, entry) in enumerate(entries):
+        spec = str(judges[0].spec)
         if isinstance(entry, Layout):
+            if named is None:
+                spec = default_method(len(entry))
             units.append(_Entry(place, entry, spec, timeout, rule, gaps_cm, frame))
         else:
             found[place] = Check(
@@ -273,16 +279,14 @@ def reliability(method: str | Method, boxes: int) -> Reliability | None:
 
 
 def _made(method: str | Method) -> Method:
-    """The method of a spec: a new one, since it may name files that change, or the default one."""
-    if not isinstance(method, str):
-        return method
-    return _default() if method == DEFAULT_METHOD else make_method(method)
+    """The method of a spec: a new one, since it may name files that change."""
+    return make_method(method) if isinstance(method, str) else method
 
 
 @cache
-def _default() -> Method:
-    """The default method, which reads nothing but files of the package: it is made once."""
-    return make_method(DEFAULT_METHOD)
+def _default(spec: str) -> Method:
+    """A default method, which reads nothing but files of the package: it is made once."""
+    return make_method(spec)
 
 
 @cache

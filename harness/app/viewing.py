@@ -9,7 +9,7 @@ from typing import Unpack
 
 import numpy as np
 
-from steadyload.app.check_defaults import DEFAULT_METHOD, GAPS_CM
+from steadyload.app.check_defaults import GAPS_CM, default_method, default_methods
 from steadyload.app.faults import reason_of
 from steadyload.atomic import write_atomically
 from steadyload.errors import UserError, nearest
@@ -59,7 +59,7 @@ def require_library() -> None:
 
 def write_view(
     layout: Layout,
-    methods: Sequence[str] = (DEFAULT_METHOD,),
+    methods: Sequence[str | None] = (None,),
     output: str | Path = "view.html",
     *,
     record: Recorder = record_loading,
@@ -69,7 +69,8 @@ def write_view(
 
     Args:
         layout: any layout.
-        methods: one spec string, or two to be played side by side.
+        methods: one spec string, or two to be played side by side; None for the default one for so
+            many boxes (:func:`steadyload.app.check_defaults.default_method`).
         output: path of the page.
         record: what is played of a layout and a method: its loading, or a ride, see
             :func:`riding`.
@@ -86,7 +87,8 @@ def write_view(
     # A caller that needs only the errors, as the command at its start, needs no templates.
     from steadyload.reports.viewer.page import view_html
 
-    recordings = _recorded(layout, [make_method(spec) for spec in methods], record)
+    judges = [make_method(_named(spec, len(layout))) for spec in methods]
+    recordings = _recorded(layout, judges, record)
     shown = contact_forces(layout) if record is record_loading else None
     view = view_of(layout, recordings, provenance_lines(), shown, frame=frame)
     write_atomically(Path(output), view_html(view), follow=True)
@@ -131,7 +133,7 @@ def view_of(
 
 def write_views(
     entries: Sequence[Layout | Refused],
-    methods: Sequence[str] = (DEFAULT_METHOD,),
+    methods: Sequence[str | None] = (None,),
     output: str | Path = "view.html",
     *,
     record: Recorder = record_loading,
@@ -153,18 +155,22 @@ def write_views(
     """
     from steadyload.reports.viewer.gallery import gallery_html
 
-    judges, made = [make_method(spec) for spec in methods], provenance_lines()
+    sizes = [len(entry) for entry in entries if isinstance(entry, Layout)]
+    named = [default_methods(sizes) if spec is None else (spec,) for spec in methods]
+    judges = {spec: make_method(spec) for specs in named for spec in specs}
+    made = provenance_lines()
     cards: list[Card] = []
     for entry in entries:
         progress(f"judging {entry.name}", len(cards), len(entries))
         if isinstance(entry, Refused):
             cards.append(Card(entry.name, "bad input", str(entry.error)))
         else:
-            cards.append(_card(entry, judges, made, record, frame or Frame()))
+            own = [judges[_named(spec, len(entry))] for spec in methods]
+            cards.append(_card(entry, own, made, record, frame or Frame()))
     gallery = Gallery(
         title="Loadings",
         summary=f"{len(cards)} layout{'s' if len(cards) != 1 else ''}, judged by "
-        f"{' and '.join(methods)}.",
+        f"{' and '.join(judges)}.",
         kinds=("fails", "hovers", "no verdict", "bad input", "stands"),
         cards=tuple(cards),
         notes=("Every card plays the loading, box by box.",),
@@ -187,6 +193,10 @@ def riding(rule: str, direction_deg: float) -> Recorder:
     asked = rule_named(rule)
     asked.level(direction_deg)
     return lambda layout, method: record_ride(layout, asked, direction_deg, method)
+
+
+def _named(spec: str | None, boxes: int) -> str:
+    return default_method(boxes) if spec is None else spec
 
 
 def _recorded(layout: Layout, judges: Sequence[Method], record: Recorder) -> list[Recording]:

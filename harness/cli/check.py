@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from steadyload.app.check_defaults import DEFAULT_METHOD
+from steadyload.app.check_defaults import default_help
 from steadyload.cli.fail_on import ANY, WORDS, FailOn, fail_on
 from steadyload.cli.flags import UsageError
 from steadyload.cli.reading import Files
@@ -38,9 +38,7 @@ _ACCURACY = (
 class Check(Files):
     """Files, and the method that answers."""
 
-    method: str = option(
-        DEFAULT_METHOD, f"default: {DEFAULT_METHOD}", names=("--method", "-m"), metavar="SPEC"
-    )
+    method: str | None = option(None, default_help(), names=("--method", "-m"), metavar="SPEC")
     limit: int | None = option(None, "only the first N layouts", least=1)
     timeout: float | None = option(
         None, "CPU seconds a pallet may take", metavar="S", read=positive_number
@@ -89,8 +87,8 @@ class Check(Files):
         if self.transport is not None:
             rule_named(self.transport)
         entries = read_entries(self.files, limit=self.limit, **reading)
-        method = make_method(self.method)
-        if asked_question(method) is Question.WITHIN:
+        method = None if self.method is None else make_method(self.method)
+        if method is not None and asked_question(method) is Question.WITHIN:
             told = "looks at the first 0.3 s of a placement; question=stands at all of it"
             say(f"{self.method} {told}")
         try:
@@ -200,13 +198,15 @@ def _on_the_road(one: Checked) -> str:
 
 
 def _counts(found: Sequence[Checked]) -> str:
-    """The last line: how many stand, fail and have no answer, and who said so."""
-    from steadyload.app.answers import counted
+    """The last line: how many stand, fail and have no answer, and by which methods."""
+    from steadyload.app.answers import Answer, counted
 
     standing, *others = counted(one.answer for one in found)
     airy = sum(one.stands and one.gaps > 0 for one in found)
     told = [standing + f" ({airy} with gaps)" * bool(airy), *others]
-    method = f" ({found[0].method})" if found else ""
+    judged = [one for one in found if one.answer is not Answer.BAD_INPUT] or found
+    methods = ", ".join(dict.fromkeys(one.method for one in judged))
+    method = f" ({methods})" if found else ""
     pallets = "1 pallet" if len(found) == 1 else f"{len(found)} pallets"
     roads = [one.transport for one in found if one.transport is not None]
     road = ""

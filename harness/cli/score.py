@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, TextIO
 
-from steadyload.app.check_defaults import DEFAULT_METHOD
+from steadyload.app.check_defaults import default_help, default_method, default_methods
 from steadyload.cli.flags import UsageError
 from steadyload.cli.reading import SOME_REFUSED, Files, Strict, say_refused
 from steadyload.cli.terminal import print_table, progress_bar, say
@@ -20,7 +20,8 @@ class Score(Strict, Files):
     """Files, methods, and the required reliability of a verdict."""
 
     methods: tuple[str, ...] = methods_option(
-        f"for example sme, pbs:alpha=0.7, ps3@mujoco; may be repeated (default: {DEFAULT_METHOD})"
+        "for example sme, pbs:alpha=0.7, ps3@mujoco; may be repeated "
+        f"({default_help()}, by the largest layout)"
     )
     scenario: str | None = option(
         None, "draw centres of mass (default: as in the file)",
@@ -79,7 +80,7 @@ class Score(Strict, Files):
         with progress_bar("judging", shown=not (self.json and out.isatty())) as advance:
             scenario = Scenario(self.scenario) if self.scenario else None
             reading, deviations = self.reading(), self._deviations()
-            judges = [make_method(spec) for spec in self.methods or [DEFAULT_METHOD]]
+            judges = [make_method(spec) for spec in self.methods]
             scanned = scan_entries(self.files, limit=self.limit, strict=self.strict, **reading)
             with Entries(scanned) as entries:
                 some_refused = bool(entries.refused.count) and not self.skip_invalid
@@ -87,6 +88,7 @@ class Score(Strict, Files):
                     say_refused(entries.refused, entries.valid)
                     if not entries.valid:
                         return 2
+                judges = judges or [make_method(self._default(entries.sizes))]
                 records = score_entries(
                     entries, judges, scenario=scenario, seed=self.seed, max_items=self.max_items,
                     timeout=self.timeout, **deviations, progress=advance,
@@ -102,6 +104,14 @@ class Score(Strict, Files):
         if table is not None:
             print_table(*table, files)
         return SOME_REFUSED if some_refused else 0
+
+    def _default(self, sizes: Iterable[int]) -> str:
+        """Spec of the one method that judges all layouts: that for the largest."""
+        cut = [min(size, self.max_items or size) for size in sizes] or [1]
+        chosen = default_method(max(cut))
+        if len(default_methods(cut)) > 1:
+            say(f"all layouts are judged by {chosen}, the default for {max(cut)} boxes")
+        return chosen
 
     def _deviations(self) -> dict[str, Any]:
         """Arguments on deviations and their sampling; empty without ``--uncertain``.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from steadyload.app.check_defaults import DEFAULT_METHOD
+from steadyload.app.check_defaults import default_help
 from steadyload.cli.flags import UsageError
 from steadyload.cli.reading import SOME_REFUSED, ReadingFlags, check_output, say_refused
 from steadyload.cli.terminal import study_progress
@@ -25,7 +25,7 @@ class View(ReadingFlags):
         metavar="NAME",
     )  # fmt: skip
     method: str | None = option(
-        None, f"default: {DEFAULT_METHOD}; for --transport {_RIDDEN}",
+        None, f"{default_help()}; for --transport {_RIDDEN}",
         names=("--method", "-m"), metavar="SPEC",
     )  # fmt: skip
     beside: str | None = option(None, "another method, played side by side", metavar="SPEC")
@@ -60,13 +60,14 @@ class View(ReadingFlags):
 
         check_output(self.output, [self.file])
         record: Recorder = record_loading
-        method = DEFAULT_METHOD
+        method = self.method
         if self.transport is not None:
-            record, method = riding(self.transport, self.direction or 0.0), _RIDDEN
+            record = riding(self.transport, self.direction or 0.0)
+            method = _RIDDEN if method is None else method
         reading = self.reading()
         frame = Frame.of(reading["dialect"])
         entries = pick_layouts(self.file, self.layouts, **reading)
-        methods = [self.method or method, *filter(None, [self.beside])]
+        methods = [method, *filter(None, [self.beside])]
         refused = Refusals()
         for entry in entries:
             if isinstance(entry, Refused):

@@ -125,6 +125,7 @@ class Entries(Spool[Layout | Refused]):
 
     Attributes:
         refused: the layouts that are not valid.
+        sizes: numbers of boxes of the others.
 
     Raises:
         OSError: there is no room for temporary files.
@@ -134,11 +135,14 @@ class Entries(Spool[Layout | Refused]):
     def __init__(self, entries: Iterable[Entry]) -> None:
         super().__init__()
         self.refused = Refusals()
+        self.sizes: set[int] = set()
         try:
             for file, one in entries:
                 self.add(file, one)
                 if isinstance(one, Refused):
                     self.refused.add(str(one.error))
+                else:
+                    self.sizes.add(len(one))
             self._write()
         except BaseException:
             self._file.close()

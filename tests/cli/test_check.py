@@ -11,7 +11,7 @@ import pytest
 
 import steadyload as sl
 from steadyload.app import checking, demo
-from steadyload.app.check_defaults import DEFAULT_METHOD
+from steadyload.app.check_defaults import default_method
 from steadyload.app.checking import check, check_all, reliability
 from steadyload.app.demo import demo_pallets
 from steadyload.app.faults import reason_of
@@ -46,6 +46,8 @@ def stack(name, shift, offset=(0.0, 0.0, 0.0), id_="SKU-2002"):
         ),
     )  # fmt: skip
 
+
+DEFAULT = default_method(2)
 
 STANDING, FALLING = stack("stands", (5.0, 0.0)), stack("falls", (22.0, 0.0))
 
@@ -95,7 +97,7 @@ def test_a_row_a_pallet_and_counts_that_fit_eighty_columns(run):
     assert first.split() == ["stands", "2", "98", "%", "stands"]
     assert "fails at step 1: SKU-2002 leans to +x" in second
     assert third.startswith("a name that is fa...")
-    assert last == f"3 pallets: 1 stand, 2 fail ({DEFAULT_METHOD})"
+    assert last == f"3 pallets: 1 stand, 2 fail ({DEFAULT})"
     assert max(map(len, (header, first, second, third, last))) <= 80
     assert fault.startswith("falls: the centre of mass of box SKU-2002 (step 1) lies 7.0 cm past")
     assert "the same for all such pallets" in accuracy
@@ -140,7 +142,7 @@ def test_a_load_that_was_not_judged_does_not_count_as_hovering(run):
 def test_answers_are_those_of_the_method_and_of_score(run, tmp_path, capsys):
     _, out, _ = run([STANDING, FALLING], "--json")
     told = json.loads(out)
-    assert main(["score", str(tmp_path / "pallets.json"), "-m", DEFAULT_METHOD, "--json"]) == 0
+    assert main(["score", str(tmp_path / "pallets.json"), "-m", DEFAULT, "--json"]) == 0
     scored = json.loads(capsys.readouterr().out)
     for mine, theirs in zip(told, scored, strict=True):
         assert mine["score"] == theirs["score"]
@@ -509,7 +511,7 @@ def test_names_take_the_room_that_sentences_leave(run):
 
 
 def test_reliability_is_what_was_measured_on_layouts_of_the_size():
-    spec = str(make_method(DEFAULT_METHOD).spec)
+    spec = str(make_method(DEFAULT).spec)
     for boxes in (2, 30, 50):
         found = reliability(spec, boxes)
         [front] = [
@@ -533,7 +535,7 @@ def test_in_python_an_answer_prints_in_one_line():
         "SKU-2002 (step 1) lies 7.0 cm past the edge of box SKU-2001 (step 0) (+x); 27 % of its "
         "base is supported ["
     )
-    assert DEFAULT_METHOD in told
+    assert DEFAULT in told
     assert "\n" not in told
     assert sl.check(STANDING).stands
     simulated = sl.check(FALLING, "ps_opt@mujoco:question=stands")
@@ -595,7 +597,7 @@ def test_the_default_method_is_made_once_and_one_that_is_named_every_time(monkey
     for _ in range(3):
         sl.check(STANDING)
         sl.check(STANDING, "fbs")
-    assert made == [DEFAULT_METHOD, "fbs", "fbs", "fbs"]
+    assert made == [DEFAULT, "fbs", "fbs", "fbs"]
 
 
 FLAT = Layout("flat", PALLET, (Item(0, (40.0, 0.0, 30.0), (30.0, 10.0, 30.0), 8.0),))

@@ -130,6 +130,16 @@ def load_thresholds(
         raise ThresholdsError(f"{file}: holds no thresholds for {key}") from None
 
 
+def fitted_for(file: Path = FILE) -> frozenset[str]:
+    """Engines that a file has thresholds for; for another question than that of the label
+    ``ENGINE:question=...``.
+
+    Raises:
+        ThresholdsError: it is no file of thresholds, or damaged.
+    """
+    return frozenset(_read(file))
+
+
 def fit_command(engine: str, question: Question) -> str:
     """The command that fits thresholds."""
     more = "" if question is Question.WITHIN else f" --question {question}"
