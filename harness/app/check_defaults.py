@@ -1,4 +1,4 @@
-"""What ``check``, ``view`` and ``score`` use by default: a method by size, and a limit of gaps."""
+"""Defaults of ``check``, ``view`` and ``score``: a method by size, and a limit of gaps."""
 
 from __future__ import annotations
 
