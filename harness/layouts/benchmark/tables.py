@@ -127,12 +127,13 @@ SCREENING = pa.schema(
         pa.field("screen", pa.list_(pa.float32()), nullable=False),
         pa.field("reference", pa.list_(pa.float32()), nullable=False),
         pa.field("why", pa.list_(_TEXT), nullable=False),
+        later(pa.field("second", pa.list_(pa.float32()))),
     ]
 )
 """A row a case that was labelled by screening, see :mod:`steadyload.labelling.screening`.
 The lists hold a value a step: how far the item got that moved most, in units of the threshold, by
-the simulation that ``screen``s and by the ``reference``, not a number where that was not asked;
-and ``why`` it was, empty where it was not."""
+the simulation that ``screen``s, by the ``second`` one where there are two, and by the
+``reference``, not a number where that was not asked; and ``why`` it was, empty where it was not."""
 
 _TABLES = {"layouts": LAYOUTS, "cases": CASES, "opinions": OPINIONS}
 
