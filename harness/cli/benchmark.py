@@ -320,11 +320,28 @@ class Screen:
 
     directory: Path = operand(REQUIRED, "folder of the set", metavar="DIR")
     most_items: int | None = option(None, "only layouts of at most so many items", least=1)
+    again: int | None = option(
+        None, "label N cases once more, drawn at random, and compare; the set stays as it is",
+        metavar="N", least=1,
+    )  # fmt: skip
+    least_items: int | None = option(
+        None, "with --again: only layouts of at least so many items", least=1
+    )
     workers: int = workers_option(0)
+
+    def __post_init__(self) -> None:
+        if self.again is not None and self.most_items is not None:
+            raise UsageError("--most-items: not allowed with --again; allowed: --least-items")
+        if self.again is None and self.least_items is not None:
+            raise UsageError("--least-items: not allowed without --again")
 
     def run(self) -> None:
         """Label the missing cases for both questions, those of the test part first."""
         from steadyload.labelling.screening import label_screened
+
+        if self.again is not None:
+            self._again(self.again)
+            return
 
         with resumable(self.directory), progress_bar("labelling") as advance:
             count = label_screened(
@@ -334,6 +351,18 @@ class Screen:
                 progress=advance,
             )
         print(f"{count} cases have labels of both questions -> {self.directory}")
+
+    def _again(self, count: int) -> None:
+        from steadyload.labelling.screening import label_again
+
+        with resumable(self.directory), progress_bar("labelling again") as advance:
+            found = label_again(
+                self.directory, count, least_items=self.least_items or 1, workers=self.workers,
+                progress=advance,
+            )  # fmt: skip
+        equal = len(found.cases) - len(found.differ)
+        print(f"{equal} of {len(found.cases)} cases, labelled again, are equal -> {self.directory}")
+        _list("differs", [f"{layout} {scenario}" for layout, scenario in found.differ])
 
 
 def _list(title: str, entries: Sequence[str]) -> None:

@@ -47,7 +47,7 @@ MOST_BY_ONE = 61
 SCREEN = "label@mujoco:frequency=1000"
 """The simulation that answers about every step of a layout of so many items."""
 
-SCREENS = ("label@bullet:frequency=480", "label@physx:frequency=480,solver_iterations=60")
+SCREENS = ("label@bullet:frequency=240", "label@physx:frequency=480,solver_iterations=60")
 """The two that answer about every step of a larger one; movements that the reference was not asked
 about are those of the first."""
 

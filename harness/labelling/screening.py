@@ -6,12 +6,14 @@ How a case is labelled: :mod:`steadyload.labelling.screened_loading`.
 from __future__ import annotations
 
 import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
 import pyarrow as pa
 
@@ -24,7 +26,7 @@ from steadyload.labelling.screened_loading import (
     ScreenedLoading,
     screens_of,
 )
-from steadyload.layouts.benchmark.dataset import KEYS, Part, load_benchmark
+from steadyload.layouts.benchmark.dataset import KEYS, Benchmark, Part, load_benchmark
 from steadyload.layouts.benchmark.splits import split_by_instance
 from steadyload.layouts.benchmark.tables import (
     CASES,
@@ -47,8 +49,11 @@ from steadyload.runs.pool import IN_THIS_PROCESS, PartLimit
 from steadyload.runs.provenance import made_by, provenance
 from steadyload.runs.store import Store, locked, parquet
 
-VERSIONS = {(SCREEN,): 1, SCREENS: 1}
-"""Versions of rows by the simulations that screen: raised when they come out differently."""
+VERSION = 1
+"""Version of rows: raised when they come out differently."""
+
+VERSION_BY_TWO = 1
+"""The same for layouts that two simulations screen."""
 
 CASE_SECONDS = 4 * 3600.0
 """Hard limit on the CPU time of a case."""
@@ -125,23 +130,11 @@ def label_screened(
     turn = cases["split"].map(_TURNS.get).fillna(len(_TURNS))
     drawn = (cases["layout"] + " " + cases["scenario"]).map(lambda case: zlib.crc32(case.encode()))
     cases = cases.assign(turn=turn, drawn=drawn).sort_values(["turn", "drawn"], kind="stable")
-    layouts = tuple(
-        (scenario, benchmark.layout(name, scenario))
-        for name, scenario in zip(cases["layout"], cases["scenario"], strict=True)
-    )
     store = Store(directory / "screening", parquet(_ROWS))
-    made = {screens: screened_by(screens) for screens in VERSIONS}
-    units = [ScreenedUnit((case,), made[screens_of(len(case[1]))]) for case in layouts]
+    units = _units(benchmark, cases)
     with locked(directory):
         try:
-            store.complete(
-                units,
-                screened_rows,
-                crashed=partial(_lost_row, Status.CRASHED),
-                limit=PartLimit(CASE_SECONDS, partial(_lost_row, Status.TIMEOUT)),
-                workers=workers,
-                progress=progress,
-            )
+            _complete(store, units, workers, progress)
         finally:
             done = [store.read(unit.key) for unit in units if unit.key in store]
             if done:
@@ -149,11 +142,121 @@ def label_screened(
     return int((read_tables(directory)[1]["status"] != UNLABELLED).sum())
 
 
+@dataclass(frozen=True, slots=True)
+class Again:
+    """Labels that were made once more, from scratch.
+
+    Attributes:
+        cases: names and scenarios of the cases.
+        differ: of those of which a label, or what was seen at some step, is another.
+    """
+
+    cases: tuple[tuple[str, str], ...]
+    differ: tuple[tuple[str, str], ...]
+
+
+def label_again(
+    directory: Path,
+    count: int,
+    *,
+    seed: int = 0,
+    least_items: int = 1,
+    workers: int = IN_THIS_PROCESS,
+    progress: Progress = silent,
+) -> Again:
+    """Label cases of a set again, drawn at random, and compare; the tables stay as they are.
+
+    The rows lie in ``again/`` in the folder, and are not made once more while they are there.
+
+    Args:
+        directory: of the set.
+        count: cases to draw, of those that were labelled by screening; all where they are fewer.
+        seed: of the draw, 0 or more.
+        least_items: only cases of at least so many items.
+        workers: see :func:`steadyload.runs.runner.run_study`.
+        progress: called with the cases done and those to be done.
+
+    Raises:
+        BenchmarkError: no labelled set, or no such case in it.
+        ResultsError: another run is at work in the folder.
+        WorkerDiedError: see :func:`steadyload.runs.pool.run_units`.
+    """
+    benchmark = load_benchmark(directory)
+    cases = benchmark.cases.merge(benchmark.screening[KEYS], on=KEYS)
+    cases = cases[(cases["status"] == Status.DONE) & (cases["item_count"] >= least_items)]
+    if cases.empty:
+        raise BenchmarkError(
+            f"{directory}: no case of {least_items} or more items was labelled by screening; "
+            "allowed: a set that steadyload benchmark screen has labelled"
+        )
+    cases = cases.sample(min(count, len(cases)), random_state=seed).sort_values("item_count")
+    units = _units(benchmark, cases)
+    store = Store(directory / "again", parquet(_ROWS))
+    with locked(directory):
+        _complete(store, units, workers, progress)
+    rows = pd.concat([store.read(unit.key) for unit in units], ignore_index=True)
+    now = _compared(rows, rows.rename(columns={"stands": "status_stands"}))
+    stands = benchmark.stands.rename(
+        columns={"status": "status_stands", "failing_step": "failing_step_stands"}
+    )
+    then = _compared(rows, benchmark.cases.merge(stands, on=KEYS), benchmark.screening)
+    names = tuple(zip(rows["layout"], rows["scenario"], strict=True))
+    return Again(names, tuple(each for each in names if now[each] != then[each]))
+
+
+_COMPARED = (
+    "status", "failing_step", "status_stands", "failing_step_stands", "screen", "second",
+    "reference", "why",
+)  # fmt: skip
+
+
+def _compared(
+    asked: pd.DataFrame, table: pd.DataFrame, more: pd.DataFrame | None = None
+) -> dict[tuple[str, str], str]:
+    """By case, a text of the labels and of what was seen."""
+    whole = table if more is None else table.merge(more, on=KEYS)
+    whole = whole.set_index(KEYS).loc[list(zip(asked["layout"], asked["scenario"], strict=True))]
+    texts = whole[list(_COMPARED)].map(_text).agg(" ".join, axis=1)
+    return dict(zip(texts.index, texts, strict=True))
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, list | np.ndarray):
+        return str([_text(each) for each in value])
+    if value is None or pd.isna(value):
+        return ""
+    return str(value) if isinstance(value, str) else f"{float(value):.4f}"
+
+
+def _units(benchmark: Benchmark, cases: pd.DataFrame) -> list[ScreenedUnit]:
+    """A unit a case."""
+    both: tuple[tuple[str, ...], ...] = (SCREEN,), SCREENS
+    made = {screens: screened_by(screens) for screens in both}
+    layouts = (
+        (scenario, benchmark.layout(name, scenario))
+        for name, scenario in zip(cases["layout"], cases["scenario"], strict=True)
+    )
+    return [ScreenedUnit((case,), made[screens_of(len(case[1]))]) for case in layouts]
+
+
+def _complete(
+    store: Store, units: Sequence[ScreenedUnit], workers: int, progress: Progress
+) -> None:
+    store.complete(
+        units,
+        screened_rows,
+        crashed=partial(_lost_row, Status.CRASHED),
+        limit=PartLimit(CASE_SECONDS, partial(_lost_row, Status.TIMEOUT)),
+        workers=workers,
+        progress=progress,
+    )
+
+
 def screened_by(screens: tuple[str, ...]) -> dict[str, str]:
     """Everything besides the cases that rows depend on, with the present code and packages.
 
     Args:
-        screens: a key of :data:`VERSIONS`.
+        screens: as of :func:`steadyload.labelling.screened_loading.screens_of`.
     """
     own = dict(zip(("screen", "second"), screens, strict=False)) | {"reference": LABEL}
     return {
@@ -164,7 +267,7 @@ def screened_by(screens: tuple[str, ...]) -> dict[str, str]:
         },
         **package_versions(("numpy", "scipy")),
         "version of answers": str(step_answers.VERSION),
-        "version of rows": str(VERSIONS[screens]),
+        "version of rows": str(VERSION_BY_TWO if screens == SCREENS else VERSION),
     }
 
 

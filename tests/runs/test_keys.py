@@ -21,6 +21,7 @@ import pytest
 
 from steadyload.labelling import label_rows, screening
 from steadyload.labelling.label_rows import TraceUnit
+from steadyload.labelling.screened_loading import SCREEN, SCREENS
 from steadyload.labelling.screening import ScreenedUnit
 from steadyload.layouts.benchmark import Part
 from steadyload.layouts.model.layout import Layout
@@ -444,8 +445,9 @@ def test_a_version_that_is_raised_changes_the_key(name, module, constant, monkey
     [
         (label_rows.traced_by, label_rows, "TRACE"),
         (label_rows.traced_by, label_rows, "VERSION"),
-        (screening.screened_by, screening.step_answers, "VERSION"),
-        (screening.screened_by, screening, "VERSION"),
+        (partial(screening.screened_by, SCREENS), screening.step_answers, "VERSION"),
+        (partial(screening.screened_by, (SCREEN,)), screening, "VERSION"),
+        (partial(screening.screened_by, SCREENS), screening, "VERSION_BY_TWO"),
         (partial(uncertain._made_by, "sme"), uncertain.verdict_reliability, "VERSION"),
         (partial(uncertain._made_by, "sme"), uncertain_cases, "VERSION"),
     ],
