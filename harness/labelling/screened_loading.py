@@ -14,8 +14,9 @@ was: what has tipped into a gap does so at every later step, too.
 
 Larger layouts are screened by two simulations of different kinds, Bullet and PhysX. The reference
 is asked where these disagree whether something moves too far, where both see that, where one sees
-something move by more than :data:`NEAR_BY_TWO` of a threshold or comes to no end, where balance is
-that narrow, and about steps drawn at random. Both let boxes that tip into a gap move further than
+something move by more than :data:`NEAR_BY_TWO` of a threshold, where both come to no end, where
+balance is that narrow, and about steps drawn at random. Where one alone comes to no end, something
+rattles in its place in that engine, and the other answers. Both let boxes that tip into a gap move further than
 the reference does, so where both see a step fail it is the reference that says so. What it has
 found to stay within the thresholds is not asked about again while both screens see the same items
 move as far, and no new box touches these or rests on them.
@@ -166,13 +167,14 @@ class ScreenedLoading:
         seen = [each.ask(step, standing=standing, patient=narrow) for each in self._screens]
         far = tuple(each.beyond for each in seen)
         why = self._asks.why(step, seen, standing)
+        first = next((a for a in seen if a.fails_standing is not None), seen[0])
         if why and (known := self._asks.known(step, why, seen)) is not None:
             self._seen.append((far, np.nan, ""))
             return known
         why = why or ("narrow" if narrow else "")
         if not why:
             self._seen.append((far, np.nan, ""))
-            return seen[0]
+            return first
         answer = self._reference.ask(step, standing=standing, patient=narrow)
         self._seen.append((far, answer.beyond, why))
         if answer.status is Status.DONE:
@@ -282,8 +284,8 @@ class _ByTwo:
 
     def why(self, step: int, seen: Sequence[StepAnswer], standing: bool) -> str:
         """See :class:`_Asks`."""
-        if any(a.status is not Status.DONE or (standing and a.fails_standing is None)
-               for a in seen):  # fmt: skip
+        ended = [a for a in seen if not (standing and a.fails_standing is None)]
+        if not ended or any(a.status is not Status.DONE for a in seen):
             return "no end"
         verdicts = {(a.fails_within, bool(a.fails_standing)) for a in seen}
         if len(verdicts) > 1:
