@@ -119,6 +119,22 @@ class Examiner:
         angles = np.degrees(euler_angles(poses.quaternions)).max(axis=1)
         return self.corner_shifts(poses, items) / CM, angles
 
+    def moved_along(self, poses: Poses, items: Indices) -> FloatArray:
+        """Displacement of each item along the axes of the world, of the point that the criterion
+        looks at, and its rotation about them, in units of a threshold, shape (n, 6).
+
+        Args:
+            poses: poses of some items.
+            items: which items these are, in the order of the poses.
+        """
+        shift = poses.centres - self._planned[items]
+        if self._criterion is Criterion.ADAMS:
+            corners = self._corners[items]
+            shift += rotate(poses.quaternions, corners) - corners
+        turns = 2.0 * np.copysign(1.0, poses.quaternions[:, :1]) * poses.quaternions[:, 1:]
+        eps_t, eps_r = max(self._eps_t * CM, 1e-12), max(math.radians(self._eps_r), 1e-12)
+        return np.concatenate((shift / eps_t, turns / eps_r), axis=1)
+
     def between(self, before: Poses, poses: Poses, items: Indices) -> FloatArray:
         """How far items have moved since they had other poses, in units of a threshold, shape (n,).
 

@@ -12,7 +12,8 @@ from steadyload.engines.world import Box, FixedStepWorld, FloatArray, Poses, Wor
 from steadyload.layouts.model.question import Question
 from steadyload.methods.contract.method import Effort, Finding, Phase, Status, Stopwatch
 from steadyload.methods.simulation.criteria import Examiner, Indices
-from steadyload.methods.simulation.scene import Neighbourhood
+from steadyload.methods.simulation.foresight import Foresight
+from steadyload.methods.simulation.scene import CM, Neighbourhood
 from steadyload.methods.simulation.scene import fixed as as_fixed
 from steadyload.methods.simulation.simulation_parameters import (
     STILL,
@@ -163,6 +164,7 @@ class Placements:
         world = self._hold(items)
         self._looked_at = world, items
         start, speed, calm = self._substeps, math.inf, 0
+        foresight = self._foresight()
         for _ in range(p.samples):
             executed = self._step(world, p.t_max / p.samples)
             if not executed or self._substeps - start < self._patience:
@@ -171,8 +173,14 @@ class Placements:
             if speed >= p.rest_speed and speed > before:
                 return False
             calm = calm + 1 if speed < p.rest_speed else 0
-            if calm == p.rest_samples:
-                return self._examine(step, world, items) is None
+            poses = None
+            if foresight is not None:
+                poses = self._read(world)
+                moved = self.examiner.moved_along(poses, items)
+                if foresight.is_safe((self._substeps - start) / p.frequency, moved):
+                    return self._examine(step, world, items, poses=poses) is None
+            if p.ends_at_rest and calm == p.rest_samples:
+                return self._examine(step, world, items, poses=poses) is None
         return False
 
     def _settle(self, step: int, items: Indices, fixed: Indices = NOTHING) -> Finding | None:
@@ -182,6 +190,7 @@ class Placements:
         items = np.concatenate((items, fixed))
         self._looked_at = world, items
         any_sample = p.any_sample
+        foresight = self._foresight()
         before = None
         calm = 0
         start = self._substeps
@@ -192,14 +201,20 @@ class Placements:
                 continue
             if p.question is Question.STANDS and sample == p.samples - self._behind:
                 before = self.poses(world)
-            if p.rest_speed and not last and self._substeps - start >= self._patience:
+            poses = None
+            if p.ends_at_rest and not last and self._substeps - start >= self._patience:
                 calm = calm + 1 if self._fastest(world) < p.rest_speed else 0
                 if calm == p.rest_samples:
                     return self._examine(step, world, items)
+            if foresight is not None and not last:
+                poses = self._read(world)
+                moved = self.examiner.moved_along(poses, items)
+                if foresight.is_safe((self._substeps - start) / p.frequency, moved):
+                    return self._examine(step, world, items, poses=poses)
             # Items at rest give no reason to end early.
             excess = 1.0 if last or any_sample else 0.0 if calm else p.early_exit
             if excess:
-                finding = self._examine(step, world, items, excess)
+                finding = self._examine(step, world, items, excess, poses)
                 if finding is not None:
                     return finding
         if p.question is Question.STANDS:
@@ -232,6 +247,11 @@ class Placements:
             f"{self.parameters.t_max:g} s after item {step} was placed",
         )
 
+    def _foresight(self) -> Foresight | None:
+        """Of a placement that begins, where it may end early by what is foreseen."""
+        p = self.parameters
+        return Foresight(p.early_stop, p.t_max, p.eps_t * CM) if p.early_stop else None
+
     def _hold(self, items: Indices, fixed: Indices = NOTHING) -> FixedStepWorld:
         self.watch.enter(Phase.BUILD)
         return self._stage.hold(items.tolist(), fixed.tolist())
@@ -254,12 +274,21 @@ class Placements:
             self.watch.check()
         return self._substeps - before
 
-    def _examine(
-        self, step: int, world: FixedStepWorld, items: Indices, excess: float = 1.0
-    ) -> Finding | None:
+    def _read(self, world: FixedStepWorld) -> Poses:
         self.watch.enter(Phase.READ)
         self._looks += 1
-        return self.examiner.examine(step, self.poses(world), items, excess)
+        return self.poses(world)
+
+    def _examine(
+        self,
+        step: int,
+        world: FixedStepWorld,
+        items: Indices,
+        excess: float = 1.0,
+        poses: Poses | None = None,
+    ) -> Finding | None:
+        """The examiner's finding on these poses, by default on those of now."""
+        return self.examiner.examine(step, poses or self._read(world), items, excess)
 
     def _fastest(self, world: FixedStepWorld) -> float:
         """The largest speed of any item [m/s]; see :meth:`_speeds`."""

@@ -27,6 +27,7 @@ from steadyload.methods.contract.method import (
     Stopwatch,
     TimeoutExpiredError,
 )
+from steadyload.methods.simulation.foresight import VERSION as FORESIGHT
 from steadyload.methods.simulation.loading import VERSION as LOADING
 from steadyload.methods.simulation.loading import GrowingLoading, Loading
 from steadyload.methods.simulation.moving import VERSION as MOVING
@@ -85,6 +86,8 @@ class Simulation(Method):
         own = {"moving": MOVING} if self.parameters.scope is Scope.MOVING else {}
         if self.parameters.question is Question.STANDS:
             own["rest"] = REST
+        if self.parameters.early_stop:
+            own["foresight"] = FORESIGHT
         return {**super().parts(), "engine": world_class(self.engine).capabilities.version, **own}
 
     def numerics(self) -> frozenset[str]:

@@ -111,6 +111,11 @@ class SimulationParameters:
     early_exit: float = quantity(
         0, "criterion adams: end at a sample beyond this multiple of a threshold; 0: never", least=0
     )
+    early_stop: float = quantity(
+        0, "end a placement as stable when what is to come, as foreseen for each item from how it "
+        "moves, is at most this share of what is left to the thresholds; 0: never",
+        least=0, most=1, later=True,
+    )  # fmt: skip
     scope: Scope = quantity(Scope.ALL, "which items are simulated when one is placed")
     balance_margin: float = quantity(
         0.01, "scope moving: contact patches are drawn in by this on every side where balance is "
@@ -139,6 +144,16 @@ class SimulationParameters:
             raise ValueError("early_exit needs criterion=adams: with paper every sample may end it")
         if self.early_exit and self.question is Question.STANDS:
             raise ValueError("early_exit needs question=within: every sample may end the other")
+
+    @property
+    def ends_at_rest(self) -> bool:
+        """Whether a placement ends where nothing is faster than the speed of rest.
+
+        What tips slowly is not, and falls in the seconds that a load is to stand, so that with
+        ``early_stop`` the question ``stands`` does without.
+        """
+        unsafe = self.early_stop > 0.0 and self.question is Question.STANDS
+        return self.rest_speed > 0.0 and not unsafe
 
     @property
     def any_sample(self) -> bool:

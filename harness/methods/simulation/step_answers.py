@@ -81,8 +81,8 @@ class StepAnswers:
 
     Args:
         layout: what is loaded.
-        method: a simulation that reseats, with criterion ``adams``; its times, its scope and its
-            early exit play no part.
+        method: a simulation that reseats, with criterion ``adams``; its times, its scope and when
+            it ends early play no part.
 
     Raises:
         ValueError: the method carries the state over, or has another criterion.
@@ -94,8 +94,9 @@ class StepAnswers:
         if p.between_steps is not BetweenSteps.RESEAT or p.criterion is not Criterion.ADAMS:
             raise ValueError(f"{method.spec}: allowed: between_steps=reseat and criterion=adams")
         own = dataclasses.replace(
-            p, **OF_STANDS, question=Question.STANDS, rest_speed=0.0, scope=Scope.ALL
-        )
+            p, **OF_STANDS, question=Question.STANDS, rest_speed=0.0, early_stop=0.0,
+            scope=Scope.ALL,
+        )  # fmt: skip
         self._loading = Loading(layout, method.engine, own, Stopwatch(), _Watch)
         watch = self._loading.examiner
         assert isinstance(watch, _Watch)

@@ -126,7 +126,7 @@ def trace_loading(
     scope = Scope.ALL if own_choice else parameters.scope
     own = dataclasses.replace(
         parameters, t_max=t_max, samples=samples, criterion=Criterion.PAPER, early_exit=0.0,
-        rest_speed=0.0, scope=scope, question=Question.WITHIN,
+        rest_speed=0.0, early_stop=0.0, scope=scope, question=Question.WITHIN,
     )  # fmt: skip
     loading = Loading(layout, method.spec.engine, own, Stopwatch(), _Recorder)
     recorder = loading.examiner
