@@ -16,10 +16,10 @@ Larger layouts are screened by two simulations of different kinds, Bullet and Ph
 is asked where these disagree whether something moves too far, where both see that, where one sees
 something move by more than :data:`NEAR_BY_TWO` of a threshold, where both come to no end, where
 balance is that narrow, and about steps drawn at random. Where one alone comes to no end, something
-rattles in its place in that engine, and the other answers. Both let boxes that tip into a gap move further than
-the reference does, so where both see a step fail it is the reference that says so. What it has
-found to stay within the thresholds is not asked about again while both screens see the same items
-move as far, and no new box touches these or rests on them.
+rattles in its place in that engine, and the other answers. Both let boxes that tip into a gap move
+further than the reference does, so where both see a step fail it is the reference that says so.
+What it has found to stay within the thresholds is not asked about again while both screens see the
+same items move as far, and no new box touches these or rests on them.
 """
 
 from __future__ import annotations

@@ -3,12 +3,12 @@
 import pytest
 from late_fallers import SLOW, STANDING, Build, Fall, late_faller
 
-from steadyload.app.check_defaults import DEFAULT_METHOD
+from steadyload.app.check_defaults import default_method
 from steadyload.engines.registry import world_class
 from steadyload.engines.world import EngineNotInstalledError
 from steadyload.methods import Status, make_method
 
-METHODS = (DEFAULT_METHOD, "ps_opt@rapier:question=stands,early_stop=0.4")
+METHODS = (default_method(122), "ps_opt@rapier:question=stands,early_stop=0.4")
 QUICK = (
     (91, Build.COLUMNS, Fall.OVERHANG, 0),
     (104, Build.BRICKS, Fall.SEESAW, 2),
