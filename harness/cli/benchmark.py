@@ -6,6 +6,7 @@ import json
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from steadyload.cli.convert import WRITABLE, output_format
 from steadyload.cli.flags import UsageError
@@ -212,6 +213,19 @@ class Build:
         print(f"{count} cases -> {self.output}; next: steadyload benchmark label {self.output}")
 
 
+def _containers_option() -> Any:
+    return option(
+        REQUIRED, "instances for containers: NAME.txt_NUMBER_items.csv of PackingSolver, in cm",
+        metavar="FOLDER",
+    )  # fmt: skip
+
+
+def _products_option() -> Any:
+    return option(
+        REQUIRED, "instances of products: *.csv of Alonso et al. (2019)", metavar="FOLDER"
+    )
+
+
 @dataclass(frozen=True, kw_only=True)
 class BuildReal:
     """Files that layouts of real size are made from, and the options of the set."""
@@ -219,30 +233,61 @@ class BuildReal:
     pallets: Path = option(
         REQUIRED, "layout file of pallets, named ORDER.order-NUMBER", metavar="FILE"
     )
-    containers: Path = option(
-        REQUIRED, "instances for containers: NAME.txt_NUMBER_items.csv of PackingSolver, in cm",
-        metavar="FOLDER",
-    )  # fmt: skip
-    products: Path = option(
-        REQUIRED, "instances of products: *.csv of Alonso et al. (2019)", metavar="FOLDER"
-    )
+    containers: Path = _containers_option()
+    products: Path = _products_option()
     output: Path = output_option(REQUIRED, "folder of the new set", metavar="DIR")
     seed: int | None = option(None, "default: 2024", least=0)
     container_lists: int | None = option(None, "item lists for containers (default: 28)", least=0)
     pallet_lists: int | None = option(None, "item lists for Euro pallets (default: 28)", least=0)
+    further: bool = option(
+        False, "and the further lists of the set of the package, as benchmark extend-real adds them"
+    )
 
     def run(self) -> None:
         """Pack the layouts of a set of real size."""
-        from steadyload.labelling.labelling import build_real_set
-        from steadyload.layouts.benchmark.real import RealInputs, RealOptions
+        from steadyload.labelling.labelling import build_real_set, extend_real_set
+        from steadyload.layouts.benchmark.real import FURTHER, RealInputs, RealOptions
 
         chosen = RealOptions(
             **stated(seed=self.seed, containers=self.container_lists, pallets=self.pallet_lists)
         )
-        inputs = RealInputs(self.pallets, self.containers, self.products)
+        inputs = RealInputs(self.containers, self.products, self.pallets)
         with progress_bar("packing") as advance:
             count = build_real_set(chosen, inputs, self.output, advance)
+        if self.further:
+            with progress_bar("packing further lists") as advance:
+                count += extend_real_set(FURTHER, inputs, self.output, advance)
         print(f"{count} cases -> {self.output}; next: steadyload benchmark screen {self.output}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExtendReal:
+    """Which set, the files that it was made from, and how many lists are added."""
+
+    directory: Path = operand(
+        REQUIRED, "folder of the set of `benchmark build-real`", metavar="DIR"
+    )
+    containers: Path = _containers_option()
+    products: Path = _products_option()
+    seed: int | None = option(None, "default: 2025", least=0)
+    container_lists: int | None = option(
+        None, "item lists for whole containers (default: 21)", least=0
+    )
+    pallet_lists: int | None = option(None, "item lists for Euro pallets (default: 12)", least=0)
+
+    def run(self) -> None:
+        """Add large layouts of further item lists to a set; what it holds stays as it is."""
+        from steadyload.labelling.labelling import extend_real_set
+        from steadyload.layouts.benchmark.real import FURTHER, ListInputs
+
+        chosen = replace(
+            FURTHER,
+            **stated(seed=self.seed, containers=self.container_lists, pallets=self.pallet_lists),
+        )
+        inputs = ListInputs(self.containers, self.products)
+        with progress_bar("packing") as advance:
+            count = extend_real_set(chosen, inputs, self.directory, advance)
+        print(f"{count} cases added; next: steadyload benchmark screen {self.directory}")
 
 
 @dataclass(frozen=True)

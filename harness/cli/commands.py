@@ -93,6 +93,8 @@ _OWN: Mapping[Group, tuple[tuple[str, str, str], ...]] = {
          "pack the layouts of a new set, not labelled yet"),
         ("benchmark build-real", "benchmark:BuildReal",
          "a set of real size: customers' pallets and plans of packers, not labelled yet"),
+        ("benchmark extend-real", "benchmark:ExtendReal",
+         "add large layouts of further item lists to a set of real size, not labelled yet"),
         ("benchmark label", "benchmark:Label",
          "label a set, split it, judge it by further methods; goes on where it was interrupted"),
         ("benchmark screen", "benchmark:Screen",

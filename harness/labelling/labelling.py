@@ -6,7 +6,7 @@ A folder is worked on in place. ``traces/`` and ``opinions/`` in it hold the res
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -34,15 +34,22 @@ from steadyload.layouts.benchmark.dataset import (
     stored_offsets,
 )
 from steadyload.layouts.benchmark.real import (
+    Before,
+    ListInputs,
     RealInputs,
     RealOptions,
+    build_further,
     build_real,
+    further_manifest,
+    list_sources,
     real_manifest,
 )
 from steadyload.layouts.benchmark.splits import (
+    FURTHER_DRAWS,
     SplitSizes,
     assign_splits,
     drawn_instances,
+    splits_of_manifest,
 )
 from steadyload.layouts.benchmark.tables import (
     CASES,
@@ -113,7 +120,10 @@ def build_set(options: BuildOptions, directory: Path, progress: Progress = silen
     """
     _refuse_set(directory)
     # Lists that follow those of the large set share no geometry with it, not even by chance.
-    known = _geometries(load_benchmark()) if options.first_instance else frozenset()
+    known: frozenset[str] = frozenset()
+    if options.first_instance:
+        large = load_benchmark()
+        known = _geometries(large, large.layouts.index)
     layouts, cases = build(options, progress, apart_from=known)
     manifest = {
         "origin": "generated",
@@ -131,9 +141,8 @@ def build_set(options: BuildOptions, directory: Path, progress: Progress = silen
     return write_unlabelled(directory, layouts, cases, manifest)
 
 
-def _geometries(benchmark: Benchmark) -> frozenset[str]:
-    """Hashes of all geometries of a set."""
-    names = benchmark.layouts.index
+def _geometries(benchmark: Benchmark, names: Iterable[str]) -> frozenset[str]:
+    """Hashes of the geometries of some layouts of a set."""
     return frozenset(benchmark.layout(n, str(Scenario.S1)).geometry_hash() for n in names)
 
 
@@ -151,6 +160,64 @@ def build_real_set(
     layouts, cases = build_real(options, inputs, progress)
     manifest = real_manifest(options, inputs) | {"built_with": provenance()}
     return write_unlabelled(directory, layouts, cases, manifest)
+
+
+def extend_real_set(
+    options: RealOptions, inputs: ListInputs, directory: Path, progress: Progress = silent
+) -> int:
+    """Add a further draw to a set of real size; returns the number of unlabelled cases added.
+
+    What is there stays: layouts, cases, labels, and the splits and ranks of labelled cases. A run
+    that was interrupted while it wrote can be repeated.
+
+    Args:
+        options: of the draw, :data:`steadyload.layouts.benchmark.real.FURTHER`.
+        inputs: the files that the set was made from.
+        directory: of the set; its tables are written anew.
+        progress: called with item lists packed and item lists in all.
+
+    Raises:
+        UserError: see :func:`steadyload.layouts.benchmark.real.build_further`.
+        BenchmarkError: no set of `benchmark build-real`, one that has a further draw, or other
+            files.
+        ResultsError: another run is at work in the folder.
+        OSError: a file cannot be read.
+    """
+    benchmark = load_benchmark(directory)
+    with locked(directory):
+        layouts, cases, opinions, manifest = read_tables(directory)
+        _refuse_draw(directory, manifest, inputs)
+        # The manifest is written last: rows beyond its counts are of an interrupted run.
+        layouts, cases = layouts.head(manifest["layouts"]), cases.head(manifest["cases"])
+        before = Before(
+            manifest["containers"],
+            frozenset(layouts["instance"]),
+            _geometries(benchmark, layouts["layout"]),
+        )
+        new, drawn = build_further(options, inputs, before, progress)
+        draw = further_manifest(options, inputs, before, new) | {"built_with": provenance()}
+        manifest = manifest | {FURTHER_DRAWS: [draw]}
+        layouts = pd.concat([layouts, new], ignore_index=True)
+        cases = pd.concat([cases, _unlabelled(drawn)], ignore_index=True)
+        instance = cases["layout"].map(layouts.set_index("layout")["instance"])
+        cases = splits_of_manifest(cases.assign(instance=instance), manifest)[CASES.names]
+        write_tables(directory, layouts, cases, opinions, manifest, keep_further=True)
+    return len(drawn)
+
+
+def _refuse_draw(directory: Path, manifest: Mapping[str, Any], inputs: ListInputs) -> None:
+    """Raises BenchmarkError where a further draw cannot be added."""
+    if manifest.get("origin") != "real":
+        raise BenchmarkError(
+            f"{directory}: was not made by `benchmark build-real`; allowed: a set that was"
+        )
+    if FURTHER_DRAWS in manifest:
+        raise BenchmarkError(f"{directory}: has a further draw already; allowed: a set without one")
+    for name, source in list_sources(inputs).items():
+        if source["files"] != manifest["sources"][name]["files"]:
+            raise BenchmarkError(
+                f"{name}: are other files than those that {directory} was made from; allowed: those"
+            )
 
 
 def _refuse_set(directory: Path) -> None:
@@ -174,6 +241,12 @@ def write_unlabelled(
         cases: scenario and layout with its centres of mass; names as in ``layouts``.
         manifest: holds at least the ``seed`` of the splits.
     """
+    write_tables(directory, layouts, _unlabelled(cases), _no_verdicts(), manifest)
+    return len(cases)
+
+
+def _unlabelled(cases: Sequence[tuple[str, Layout]]) -> pd.DataFrame:
+    """Rows of the table of cases, without labels and splits."""
     rows = [
         {
             "layout": layout.name,
@@ -184,9 +257,7 @@ def write_unlabelled(
         }
         for scenario, layout in cases
     ]
-    frame = pd.DataFrame(rows).reindex(columns=CASES.names)
-    write_tables(directory, layouts, frame, _no_verdicts(), manifest)
-    return len(cases)
+    return pd.DataFrame(rows).reindex(columns=CASES.names)
 
 
 def label_set(

@@ -27,7 +27,7 @@ from steadyload.labelling.screened_loading import (
     screens_of,
 )
 from steadyload.layouts.benchmark.dataset import KEYS, Benchmark, Part, load_benchmark
-from steadyload.layouts.benchmark.splits import split_by_instance
+from steadyload.layouts.benchmark.splits import splits_of_manifest
 from steadyload.layouts.benchmark.tables import (
     CASES,
     SCREENING,
@@ -302,8 +302,7 @@ def _merge(directory: Path, rows: pd.DataFrame) -> None:
         cases[name] = cases[name].astype(object)
         cases.loc[new.index, name] = new[name].astype(object)
     cases = cases.reset_index().join(layouts.set_index("layout")["instance"], on="layout")
-    shares = {name: manifest.get(name, 0.0) for name in ("test", "validation")}
-    cases = split_by_instance(cases, seed=manifest.get("seed", 0), **shares)[CASES.names]
+    cases = splits_of_manifest(cases, manifest)[CASES.names]
     own = rows[[*KEYS, "stands", "failing_step_stands", "moved_item"]].rename(
         columns={"stands": "status", "failing_step_stands": "failing_step"}
     )

@@ -5,11 +5,14 @@ import math
 from types import SimpleNamespace
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import steadyload as sl
+from steadyload.atomic import write_atomically
 from steadyload.cli import main
-from steadyload.labelling.labelling import build_real_set
+from steadyload.labelling.labelling import build_real_set, extend_real_set
+from steadyload.layouts.benchmark import tables
 from steadyload.layouts.benchmark.item_lists import (
     CONTAINER,
     ItemListError,
@@ -28,7 +31,8 @@ from steadyload.layouts.benchmark.real import (
     build_real,
     real_manifest,
 )
-from steadyload.layouts.benchmark.tables import BenchmarkError
+from steadyload.layouts.benchmark.splits import MOST_SMALL, splits_of_manifest
+from steadyload.layouts.benchmark.tables import CASES, BenchmarkError, read_tables, write_tables
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.model.floor import FloorKind
 from steadyload.layouts.packers.packed import PACKERS
@@ -70,7 +74,7 @@ def written_inputs(tmp_path):
     pallets = [pallet("7.order-0", 3), pallet("7.order-1", 5, at=-2.0), pallet("8.order-0", 1)]
     pallets += [pallet("8.order-1", 3), pallet("8.order-2", 10)]
     write_layouts(tmp_path / "pallets.json", pallets, Format.NATIVE)
-    return RealInputs(tmp_path / "pallets.json", containers, products)
+    return RealInputs(containers, products, tmp_path / "pallets.json")
 
 
 @pytest.fixture
@@ -284,6 +288,135 @@ def test_what_no_set_can_hold_is_refused(inputs, packers, tmp_path):
     write_layouts(inputs.pallets, [sl.Layout("a", low, boxes)], Format.NATIVE)
     with pytest.raises(BenchmarkError, match="layout 'a' states more than its pallet's sides"):
         build_real(few, inputs)
+
+
+# --- further draws --------------------------------------------------------------------------------
+
+
+def list_inputs(tmp_path):
+    """Files of a set, of which the first draw takes the first list for containers."""
+    inputs = written_inputs(tmp_path)
+    (inputs.containers / "A.txt_2_items.csv").write_text(ITEMS.replace(",5\n", ",16\n"))
+    other = PRODUCTS.replace("400.00", "390.00").replace("300.40", "310").replace("1300", "1290")
+    (inputs.products / "inst2.csv").write_text(other)
+    # Shares a product with the first, so nothing of it is in the further draw.
+    (inputs.products / "inst3.csv").write_text(PRODUCTS.replace("300.40 ", "320 "))
+    return inputs
+
+
+FIRST = RealOptions(
+    seed=1, containers=1, pallets=0, fewest_items=2, most_items=9, most_in_all_scenarios=4
+)
+MORE = RealOptions(
+    seed=2, containers=1, pallets=2, fewest_items=2, most_items=30, most_in_all_scenarios=0,
+    rule=RULE, test=0.5, validation=0.5,
+)  # fmt: skip
+
+
+@pytest.fixture
+def extended(packers, tmp_path):
+    """A set as it was, its folder after a further draw, and its inputs."""
+    inputs = list_inputs(tmp_path)
+    build_real_set(FIRST, inputs, tmp_path / "set")
+    layouts, cases, opinions, manifest = read_tables(tmp_path / "set")
+    # One instance of Alonso et al. is in the set, and everything is labelled.
+    layouts.loc[layouts["instance"] == "7", "instance"] = "inst1"
+    cases["status"], cases.loc[::2, "failing_step"] = "done", 1
+    instance = cases["layout"].map(layouts.set_index("layout")["instance"])
+    cases = splits_of_manifest(cases.assign(instance=instance), manifest)[CASES.names]
+    write_tables(tmp_path / "set", layouts, cases, opinions, manifest)
+    before = sl.load_benchmark(tmp_path / "set")
+    count = extend_real_set(MORE, inputs, tmp_path / "set")
+    return SimpleNamespace(before=before, folder=tmp_path / "set", inputs=inputs, count=count)
+
+
+def test_a_further_draw_follows_the_first_and_leaves_it_as_it_is(extended):
+    before, found = extended.before, sl.load_benchmark(extended.folder)
+    assert found.layouts.head(len(before.layouts)).equals(before.layouts)
+    assert found.cases.head(len(before.cases)).equals(before.cases)
+    new, cases = found.layouts.iloc[len(before.layouts) :], found.cases.iloc[len(before.cases) :]
+    assert len(cases) == extended.count == len(new)
+    assert set(cases["status"]) == {"unlabelled"}
+    assert set(cases["scenario"]) == {"S1"}
+    # A-2 follows B-1; inst1 is there already, and inst3 shares a product with it.
+    assert set(new["instance"]) == {"A-2", "inst2"}
+    assert {*new["instance"]}.isdisjoint(before.layouts["instance"])
+    geometries = {found.layout(n, "S1").geometry_hash() for n in found.layouts.index}
+    assert len(geometries) == len(found.layouts)
+    # Whole containers and all copies.
+    (container, *_) = new[new["instance"] == "A-2"].index
+    assert found.layout(container, "S1").pallet.size == (233.0, 220.0, 587.0)
+    assert len(found.layout(container, "S1")) == 20
+    assert (cases.groupby("instance")["split"].nunique() == 1).all()
+    assert set(cases["split"]) == {"test", "validation"}
+
+
+def test_the_manifest_states_a_further_draw_beside_the_first(extended):
+    before, manifest = extended.before.manifest, sl.load_benchmark(extended.folder).manifest
+    (draw,) = manifest.pop("further_draws")
+    counts = {"layouts", "cases", "checksum"}
+    assert {k: v for k, v in manifest.items() if k not in counts} == {
+        k: v for k, v in before.items() if k not in counts
+    }
+    assert (draw["seed"], draw["instances"]) == (2, ["A-2", "inst2"])
+    assert draw["layouts"] == manifest["layouts"] - before["layouts"]
+    assert draw["container"] == [587, 233, 220]
+    assert draw["sources"] == {k: before["sources"][k] for k in ("containers", "products")}
+
+
+def test_a_set_is_extended_once_and_from_the_files_that_it_was_made_from(extended, tmp_path):
+    with pytest.raises(BenchmarkError, match="has a further draw already; allowed: a set without"):
+        extend_real_set(MORE, extended.inputs, extended.folder)
+    build_real_set(FIRST, extended.inputs, tmp_path / "other")
+    (extended.inputs.containers / "C.txt_1_items.csv").write_text(ITEMS)
+    with pytest.raises(BenchmarkError, match=r"containers: are other files than those"):
+        extend_real_set(MORE, extended.inputs, tmp_path / "other")
+    layouts, cases, opinions, manifest = read_tables(tmp_path / "other")
+    write_tables(tmp_path / "other", layouts, cases, opinions, manifest | {"origin": "generated"})
+    with pytest.raises(BenchmarkError, match="was not made by `benchmark build-real`; allowed"):
+        extend_real_set(MORE, extended.inputs, tmp_path / "other")
+
+
+def test_an_extension_that_was_interrupted_while_writing_can_be_repeated(extended, monkeypatch):
+    whole = read_tables(extended.folder)
+    layouts, cases, opinions, manifest = whole
+    first = {k: v for k, v in manifest.items() if k != "further_draws"}
+    count = len(extended.before.layouts)
+    left = layouts.head(count), cases.head(len(extended.before.cases)), opinions, first
+    write_tables(extended.folder, *left)
+    written = []
+
+    def interrupted(path, content):
+        if path.name == "cases.parquet":
+            raise KeyboardInterrupt
+        written.append(path.name)
+        write_atomically(path, content)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(tables, "write_atomically", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            extend_real_set(MORE, extended.inputs, extended.folder)
+    assert written == ["manifest.json", "layouts.parquet"]
+    assert len(read_tables(extended.folder)[0]) == len(layouts)
+    extend_real_set(MORE, extended.inputs, extended.folder)
+    for found, expected in zip(read_tables(extended.folder)[:3], whole[:3], strict=True):
+        pd.testing.assert_frame_equal(found, expected)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.1, 1.0])
+def test_labels_of_large_cases_of_the_package_move_no_other_case(share):
+    """These labels are made up: a share of them fails."""
+    benchmark = sl.load_benchmark("real")
+    cases = benchmark.cases
+    large = cases["item_count"] > MOST_SMALL
+    labelled = cases.assign(status="done")
+    fails = large & (np.random.default_rng(7).random(len(cases)) < share)
+    labelled["failing_step"] = labelled["failing_step"].mask(large).mask(fails, 3)
+    found = splits_of_manifest(labelled, benchmark.manifest)
+    others = ~large | (cases["split"] == "train")
+    for name in ("split", "rank"):
+        before, after = (table.loc[others, name].tolist() for table in (cases, found))
+        assert after == before, name
 
 
 # --- the command ----------------------------------------------------------------------------------

@@ -8,7 +8,9 @@ import pytest
 
 from steadyload.layouts.benchmark import BenchmarkError
 from steadyload.layouts.benchmark.splits import (
+    MOST_SMALL,
     MOST_STABLE,
+    FurtherDraw,
     SplitSizes,
     assign_splits,
     split_by_instance,
@@ -26,6 +28,7 @@ def labelled(instances=12, layouts=15, unlabelled=0):
             "scenario": scenario,
             "instance": f"Class_{c}_Instance_{i}",
             "item_class": c,
+            "item_count": 20,
             "status": "unlabelled" if n < unlabelled else "done",
             "failing_step": 1 if n % every == 0 else pd.NA,
         }
@@ -131,7 +134,9 @@ def test_whole_instances_are_held_out_and_enough_of_their_cases_fail():
         own = named[named["split"] == part]
         assert own["failing_step"].isna().mean() <= MOST_STABLE
         for _, ranked in own.groupby("scenario"):
-            assert sorted(ranked["rank"]) == list(range(len(ranked)))
+            assert ranked["rank"].is_unique
+            # A rank stays empty where a case is left out.
+            assert set(ranked["rank"]) <= set(range(len(ranked) + len(left_over)))
 
 
 def test_held_out_instances_do_not_depend_on_labels():
@@ -140,6 +145,66 @@ def test_held_out_instances_do_not_depend_on_labels():
     after = split_by_instance(cases, seed=3, test=0.5, validation=0.25).dropna(subset="split")
     assert (before.loc[after.index, "split"] == after["split"]).all()
     assert before["split"].notna().all()
+
+
+def same(found, other, index):
+    """Whether splits and ranks of some cases are equal."""
+    columns = ["split", "rank"]
+    return found.loc[index, columns].equals(other.loc[index, columns])
+
+
+def with_large(cases):
+    """A third of the layouts is large."""
+    return cases.assign(item_count=[70 if k % 6 < 2 else 20 for k in range(len(cases))])
+
+
+@pytest.mark.parametrize("fails", [0.0, 0.1, 1.0])
+def test_labels_of_large_cases_move_no_small_one(fails):
+    cases = with_large(labelled())
+    large = cases["item_count"] > MOST_SMALL
+    unlabelled = cases.assign(status=cases["status"].mask(large, "unlabelled"))
+    drawn = np.random.default_rng(5).random(len(cases)) < fails
+    cases.loc[large, "failing_step"] = pd.array(np.where(drawn[large], 1, -1), "Int16")
+    cases["failing_step"] = cases["failing_step"].mask(cases["failing_step"] == -1)
+    rule = {"seed": 3, "test": 0.5, "validation": 0.25}
+    before, after = split_by_instance(unlabelled, **rule), split_by_instance(cases, **rule)
+    assert same(before, after, cases.index[~large])
+    kept = after.index[after["split"].notna()]
+    assert same(before, after, kept)
+    for part in ("test", "validation"):
+        own = after[(after["split"] == part) & large]
+        assert own.empty if not fails else own["failing_step"].isna().mean() <= MOST_STABLE
+
+
+def test_large_cases_come_last_in_held_out_parts():
+    found = split_by_instance(with_large(labelled()), seed=3, test=0.5, validation=0.25)
+    for (part, _), own in found.groupby(["split", "scenario"]):
+        own = own.sort_values("rank")
+        large = (own["item_count"] > MOST_SMALL).to_numpy()
+        assert large.any()
+        assert bool((np.diff(large.astype(int)) >= 0).all()) == (part != "train")
+
+
+def test_a_further_draw_moves_nothing_and_trains_on_nothing():
+    cases = with_large(labelled())
+    rule = {"seed": 3, "test": 0.5, "validation": 0.25}
+    before = split_by_instance(cases, **rule)
+    new = with_large(labelled(instances=5)).assign(status="unlabelled", failing_step=pd.NA)
+    new["instance"] = new["instance"].str.replace("Class", "Further")
+    both = pd.concat([cases, new], ignore_index=True).astype({"failing_step": "Int16"})
+    names = tuple(new["instance"].unique())
+    found = split_by_instance(both, **rule, further=[FurtherDraw(names, seed=4, test=0.5)])
+    assert same(before, found, cases.index)
+    added = found.iloc[len(cases) :]
+    assert (added.groupby("instance")["split"].nunique() == 1).all()
+    assert added.groupby("split")["instance"].nunique().to_dict() == {"test": 8, "validation": 7}
+    for (part, scenario), own in added.groupby(["split", "scenario"]):
+        first = before[(before["split"] == part) & (before["scenario"] == scenario)]
+        assert own["rank"].is_unique
+        assert own["rank"].min() > first["rank"].max()
+    other = split_by_instance(both, **rule, further=[FurtherDraw(names, seed=5, test=0.5)])
+    assert same(before, other, cases.index)
+    assert not same(found, other, added.index)
 
 
 # --- a test alone, spread over many item lists --------------------------------------------------

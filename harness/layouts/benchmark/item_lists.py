@@ -7,7 +7,7 @@ import hashlib
 import io
 import math
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
@@ -22,6 +22,9 @@ from steadyload.reading import content_of
 
 CONTAINER: Sides = (280, 233, 220)
 """Inner length, width and height of a 10-foot container [cm]."""
+
+WHOLE_CONTAINER: Sides = (587, 233, 220)
+"""Likewise of a 20-foot container, which the published instances are for."""
 
 EURO_PALLET = (120, 80)
 """Length and width of the deck of a Euro pallet [cm]."""
@@ -75,29 +78,34 @@ class Product:
     weight: float
 
 
-def container_lists(folder: Path, count: int, seed: int) -> list[ItemList]:
-    """Lists of instances for containers of half the length.
+def container_lists(
+    folder: Path, count: int, seed: int, *, skip: int = 0, whole: bool = False
+) -> list[ItemList]:
+    """Lists of instances for containers, of half the length or whole.
 
-    The bin is :data:`CONTAINER`, and each type has half of its copies, rounded up. The density of a
-    type is drawn log-uniformly from :data:`DENSITIES`; the draw depends on the seed and the name of
-    the list alone. Weights are whole grams.
+    The bin is :data:`CONTAINER`, and each type has half of its copies, rounded up, unless the
+    containers are whole. The density of a type is drawn log-uniformly from :data:`DENSITIES`; the
+    draw depends on the seed and the name of the list alone. Weights are whole grams.
 
     Args:
         folder: holds ``NAME.txt_NUMBER_items.csv`` of PackingSolver, lengths in cm: first those of
             the lowest number of every name are taken, then those of the next.
         count: how many lists, 0 or more.
         seed: root of the draws, 0 or more.
+        skip: lists in this order that are left out first, 0 or more.
+        whole: the bin is :data:`WHOLE_CONTAINER`, and each type has all of its copies.
 
     Raises:
         ItemListError: the folder or a file cannot be read, or there are too few.
     """
     found = container_files(folder)
-    if len(found) < count:
+    if len(found) < skip + count:
         raise ItemListError(
             f"{folder}: holds {len(found)} files NAME.txt_NUMBER_items.csv; "
-            f"allowed: {count} or more"
+            f"allowed: {skip + count} or more"
         )
-    return [_container_list(path, name, seed) for name, path in islice(found.items(), count)]
+    taken = islice(found.items(), skip, skip + count)
+    return [_container_list(path, name, seed, whole=whole) for name, path in taken]
 
 
 def container_files(folder: Path) -> dict[str, Path]:
@@ -112,14 +120,15 @@ def container_files(folder: Path) -> dict[str, Path]:
     return {f"{name}-{number}": path for number, name, path in found}
 
 
-def _container_list(path: Path, name: str, seed: int) -> ItemList:
+def _container_list(path: Path, name: str, seed: int, *, whole: bool) -> ItemList:
     random = np.random.default_rng([seed, int(hashlib.sha256(name.encode()).hexdigest()[:16], 16)])
     low, high = map(math.log, DENSITIES)
     types = []
     for sides, copies in read_items(path):
         kilograms = math.exp(random.uniform(low, high)) * math.prod(sides) * 1e-6
-        types.append(ItemType(sides, (copies + 1) // 2, round(kilograms, 3)))
-    return ItemList(name, CONTAINER, tuple(types))
+        kept = copies if whole else (copies + 1) // 2
+        types.append(ItemType(sides, kept, round(kilograms, 3)))
+    return ItemList(name, WHOLE_CONTAINER if whole else CONTAINER, tuple(types))
 
 
 def read_items(path: Path) -> list[tuple[Sides, int]]:
@@ -149,7 +158,12 @@ def read_items(path: Path) -> list[tuple[Sides, int]]:
 
 
 def pallet_lists(
-    folder: Path, count: int, seed: int, rule: PalletRule = PALLET_RULE
+    folder: Path,
+    count: int,
+    seed: int,
+    rule: PalletRule = PALLET_RULE,
+    *,
+    apart_from: Collection[str] = (),
 ) -> list[ItemList]:
     """Lists of products for Euro pallets.
 
@@ -160,14 +174,18 @@ def pallet_lists(
     Args:
         folder: holds files ``*.csv`` of Alonso et al. (2019); those with too few types that fit the
             pallet are left out.
-        count: how many lists, 0 or more; list k depends on the seed, k and the files alone.
+        count: how many lists, 0 or more; list k depends on the seed, k, the rule, the files and
+            ``apart_from`` alone.
         seed: root of the draws, 0 or more.
         rule: how lists are drawn.
+        apart_from: names of instances that lists share no product with.
 
     Raises:
         ItemListError: the folder or a file cannot be read, or no list is allowed.
     """
-    instances = {path.stem: _fitting(read_products(path), rule) for path in product_files(folder)}
+    products = {path.stem: read_products(path) for path in product_files(folder)}
+    known = {each for name, own in products.items() if name in apart_from for each in own}
+    instances = {k: _fitting(own, rule) for k, own in products.items() if known.isdisjoint(own)}
     usable = {k: types for k, types in instances.items() if len(types) >= rule.fewest_types}
     if count and not usable:
         raise ItemListError(

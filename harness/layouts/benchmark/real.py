@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -17,18 +18,26 @@ from steadyload.layouts.benchmark.item_lists import (
     DENSITIES,
     EURO_PALLET,
     PALLET_RULE,
+    WHOLE_CONTAINER,
     PalletRule,
     container_files,
     container_lists,
     pallet_lists,
     product_files,
 )
+from steadyload.layouts.benchmark.splits import MOST_SMALL
 from steadyload.layouts.benchmark.tables import BenchmarkError
 from steadyload.layouts.files.limits import MAX_FILE_BYTES
 from steadyload.layouts.formats import read_layouts
 from steadyload.layouts.model.layout import Layout, Pallet
 from steadyload.layouts.model.scenarios import Scenario
-from steadyload.layouts.packers.packed import PACKERS, ItemList, packer_versions
+from steadyload.layouts.packers.packed import (
+    PACKERS,
+    ItemList,
+    Packing,
+    packer_versions,
+    with_packingsolver,
+)
 from steadyload.progress import Progress, silent
 from steadyload.reading import content_of
 
@@ -96,19 +105,59 @@ class RealOptions:
     validation: float = 0.2
 
 
+FURTHER = RealOptions(
+    seed=2025,
+    containers=21,
+    pallets=12,
+    fewest_items=MOST_SMALL + 1,
+    most_in_all_scenarios=MOST_SMALL,
+    rule=PalletRule(load_heights=(100, 130), fewest_boxes=75, most_boxes=180),
+    test=0.5,
+    validation=0.5,
+)
+"""Options of the further draw of the set of the package, see :func:`build_further`: large layouts
+alone, in S1 alone."""
+
+
 @dataclass(frozen=True, slots=True)
-class RealInputs:
+class ListInputs:
+    """Folders that item lists are drawn from.
+
+    Args:
+        containers: of :func:`steadyload.layouts.benchmark.item_lists.container_lists`.
+        products: of :func:`steadyload.layouts.benchmark.item_lists.pallet_lists`.
+    """
+
+    containers: Path
+    products: Path
+
+
+@dataclass(frozen=True, slots=True)
+class RealInputs(ListInputs):
     """Files that a set of real size is made from.
 
     Args:
+        containers, products: folders of item lists.
         pallets: a layout file of pallets, named ``ORDER.order-NUMBER``.
-        containers: folder of :func:`steadyload.layouts.benchmark.item_lists.container_lists`.
-        products: folder of :func:`steadyload.layouts.benchmark.item_lists.pallet_lists`.
     """
 
     pallets: Path
-    containers: Path
-    products: Path
+
+
+@dataclass(frozen=True, slots=True)
+class Before:
+    """A set that is added to.
+
+    Args:
+        containers: lists for containers that it was drawn from.
+        instances: names of its instances.
+        geometries: of its layouts, by
+            :meth:`steadyload.layouts.model.layout.Layout.geometry_hash`.
+    """
+
+    containers: int
+    instances: frozenset[str]
+    geometries: frozenset[str]
 
 
 def build_real(
@@ -140,13 +189,68 @@ def build_real(
     for layout in read_layouts(inputs.pallets):
         instance = layout.name.partition(_ORDER)[0]
         _keep(known, _Found(layout, instance, [PALLET_SOFTWARE]), options)
+    _pack(lists, PACKERS, known, options, progress)
+    return _tables(list(known.values()), options)
+
+
+def build_further(
+    options: RealOptions, inputs: ListInputs, before: Before, progress: Progress = silent
+) -> tuple[pd.DataFrame, list[tuple[str, Layout]]]:
+    """Layouts and cases that are added to a set, as those of :func:`build_real`: plans alone.
+
+    Lists for containers follow those that the set was drawn from, and are for whole containers.
+    Lists for Euro pallets share no product with those instances of the set that are among the
+    files. What the set has already is left out.
+
+    Args:
+        options: what to draw.
+        inputs: files to read: those that the set was made from.
+        before: the set.
+        progress: called with item lists packed and item lists in all.
+
+    Raises:
+        ItemListError: a folder of instances cannot be read.
+        PackerNotInstalledError: a packer is missing.
+        BenchmarkError: nothing has an allowed number of items.
+        OSError: a file cannot be read.
+    """
+    packer_versions()
+    lists = container_lists(
+        inputs.containers, options.containers, options.seed, skip=before.containers, whole=True
+    )
+    lists += pallet_lists(
+        inputs.products, options.pallets, options.seed, options.rule, apart_from=before.instances
+    )
+    known: dict[str, _Found] = {}
+    _pack(lists, _PATIENT, known, options, progress)
+    new = [found for geometry, found in known.items() if geometry not in before.geometries]
+    return _tables(new, options)
+
+
+_PATIENCE = 120.0
+"""Time limit of PackingSolver for large lists [s]: it needs 3 s of CPU time, and on a busy machine
+gave no plan within its usual 10 s."""
+
+_PATIENT: Mapping[str, Packing] = {
+    **PACKERS,
+    "packingsolver3d": partial(with_packingsolver, time_limits=(_PATIENCE,)),
+}
+
+
+def _pack(
+    lists: Sequence[ItemList],
+    packers: Mapping[str, Packing],
+    known: dict[str, _Found],
+    options: RealOptions,
+    progress: Progress,
+) -> None:
+    """Add to ``known`` a plan of every list by every packer."""
     for done, items in enumerate(lists, start=1):
-        for packer in PACKERS:
-            plan = _plan(items, packer, options)
+        for name, packing in packers.items():
+            plan = _plan(items, name, packing, options)
             if plan is not None:
                 _keep(known, plan, options)
         progress(done, len(lists))
-    return _tables(list(known.values()), options)
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,9 +262,9 @@ class _Found:
     sources: list[str]
 
 
-def _plan(items: ItemList, packer: str, options: RealOptions) -> _Found | None:
+def _plan(items: ItemList, packer: str, packing: Packing, options: RealOptions) -> _Found | None:
     """The first bin of a plan that has an allowed number of items."""
-    for number, layout in enumerate(PACKERS[packer](items).layouts, start=1):
+    for number, layout in enumerate(packing(items).layouts, start=1):
         if _allowed(layout, options):
             name = f"{items.name} {packer} {number}"
             return _Found(layout.renamed(name), items.origin or items.name, [packer])
@@ -213,15 +317,10 @@ def real_manifest(options: RealOptions, inputs: RealInputs) -> dict[str, Any]:
     Raises:
         PackerNotInstalledError: a packer is missing.
     """
-    files = {
-        "pallets": [inputs.pallets],
-        "containers": list(container_files(inputs.containers).values()),
-        "products": product_files(inputs.products),
-    }
     return {
         "origin": "real",
         **asdict(options),
-        "sources": {name: _source(name, paths) for name, paths in files.items()},
+        "sources": {"pallets": _source("pallets", [inputs.pallets]), **list_sources(inputs)},
         "packers": {"names": list(PACKERS), "versions": packer_versions()},
         "loading_order": "pallets: that of the file; plans: height of the base, then from the back "
         "to the front, then from left to right",
@@ -231,6 +330,37 @@ def real_manifest(options: RealOptions, inputs: RealInputs) -> dict[str, Any]:
         "container": list(CONTAINER),
         "euro_pallet": list(EURO_PALLET),
         "floor": "auto: the deck where an item overhangs it, the infinite plane where none does",
+    }
+
+
+def further_manifest(
+    options: RealOptions, inputs: ListInputs, before: Before, layouts: pd.DataFrame
+) -> dict[str, Any]:
+    """The entry of a further draw, see :func:`build_further`.
+
+    Raises:
+        PackerNotInstalledError: a packer is missing.
+    """
+    return {
+        **asdict(options),
+        "lists_for_containers_left_out": before.containers,
+        "container": list(WHOLE_CONTAINER),
+        "sources": list_sources(inputs),
+        "packers": {
+            "names": list(_PATIENT),
+            "versions": packer_versions(),
+            "seconds_of_packingsolver3d": _PATIENCE,
+        },
+        "layouts": len(layouts),
+        "instances": sorted(layouts["instance"].unique().tolist()),
+    }
+
+
+def list_sources(inputs: ListInputs) -> dict[str, Mapping[str, str]]:
+    """Entries of the manifest about the folders of item lists: whose, and the checksums."""
+    return {
+        "containers": _source("containers", list(container_files(inputs.containers).values())),
+        "products": _source("products", product_files(inputs.products)),
     }
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -13,6 +13,9 @@ from steadyload.layouts.benchmark.tables import BenchmarkError
 from steadyload.layouts.model.scenarios import Scenario
 
 _TEST_ALONE = ("test",)
+
+FURTHER_DRAWS = "further_draws"
+"""Entry of the manifest of a set of large layouts: what was added to it, a mapping a draw."""
 
 _KINDS = 2 * len(Scenario)
 """Kinds of cases of a balanced part: stable and unstable ones in every scenario."""
@@ -168,40 +171,124 @@ def _dealt(cases: pd.DataFrame, parts: Sequence[str]) -> dict[str, str]:
 MOST_STABLE = 0.7
 """Largest share of stable cases in a held-out part of :func:`split_by_instance`."""
 
+MOST_SMALL = 61
+"""Items of a small case of :func:`split_by_instance`: small and larger ones are cut apart, since
+larger ones are labelled long after the others."""
+
+
+@dataclass(frozen=True, slots=True)
+class FurtherDraw:
+    """Instances that were added to a set of :func:`split_by_instance`: none is for training.
+
+    Args:
+        instances: their names.
+        seed: root of their draws, 0 or more.
+        test: share of them for the test; the others are for the validation.
+    """
+
+    instances: tuple[str, ...]
+    seed: int
+    test: float
+
 
 def split_by_instance(
-    cases: pd.DataFrame, *, seed: int, test: float, validation: float
+    cases: pd.DataFrame,
+    *,
+    seed: int,
+    test: float,
+    validation: float,
+    further: Sequence[FurtherDraw] = (),
 ) -> pd.DataFrame:
     """The cases with the columns ``split`` and ``rank``, for a set that is not balanced.
 
     Whole instances are drawn for the test and the validation, and all others are for training.
-    Where more than :data:`MOST_STABLE` of the labelled cases of a held-out part are stable, those
-    of the last ranks are in no part.
+    Instances of a further draw are drawn by themselves. Ranks do not depend on labels: in a
+    held-out part cases of the first draw with up to :data:`MOST_SMALL` items come first, then
+    larger ones, then those of further draws.
+
+    Where more than :data:`MOST_STABLE` of the labelled small cases of a held-out part are stable,
+    those of the last ranks are in no part; likewise for the larger ones by themselves. So labels
+    of large cases move no small one. Ranks of what is left out, and those that larger cases of the
+    first draw had among the small ones, stay empty.
 
     Args:
-        cases: labelled or not, with ``instance``; which instances are drawn does not depend on
-            labels.
+        cases: labelled or not, with ``instance`` and ``item_count``; which instances are drawn does
+            not depend on labels.
         seed: root of the draws, 0 or more.
         test: share of the instances.
         validation: likewise.
+        further: draws of instances that were added later, in their order.
+    """
+    added = {name for draw in further for name in draw.instances}
+    later = cases["instance"].isin(added)
+    shares = {"test": test, "validation": validation}
+    draws = [_by_instance(cases[~later], seed, shares, "train")]
+    for draw in further:
+        own = cases[cases["instance"].isin(draw.instances)]
+        draws.append(_by_instance(own, draw.seed, {"test": draw.test}, "validation"))
+    split = pd.concat([part for part, _ in draws]).reindex(cases.index)
+    drawn = pd.concat([order for _, order in draws])
+    # Orders of all draws as one: those of a further draw follow.
+    turn = drawn.reindex(cases.index)
+    for place, (_, order) in enumerate(draws):
+        turn[order.index] += place * len(cases)
+    large = cases["item_count"] > MOST_SMALL
+    behind = later | (large & (split != "train"))
+    groups = [split, cases["scenario"]]
+    first = (~later).groupby(groups).transform("sum")
+    rank = turn.where(~later).groupby(groups).rank() - 1
+    rank = rank.mask(behind, first + turn.where(behind).groupby(groups).rank() - 1).astype("Int32")
+    done = cases["status"] == "done"
+    stable = done & cases["failing_step"].isna()
+    for name in ("test", "validation"):
+        for size in (~large, large):
+            held = (split == name) & size
+            fails = int((held & done & ~stable).sum())
+            most = int(fails * MOST_STABLE / (1.0 - MOST_STABLE) + 1e-9)
+            over = turn[held & stable].sort_values().index[most:]
+            split[over] = None
+    return cases.assign(split=split, rank=rank.where(split.notna(), pd.NA))
+
+
+def _by_instance(
+    cases: pd.DataFrame, seed: int, shares: Mapping[str, float], rest: str
+) -> tuple[pd.Series, pd.Series]:
+    """Part and place of every case: whole instances, drawn at random.
+
+    Args:
+        cases: with ``instance``.
+        seed: root of the draws.
+        shares: of the instances, by part.
+        rest: part of all others.
     """
     random = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(2,)))
     instances = random.permutation(sorted(cases["instance"].unique()))
-    ends = np.cumsum(np.round(np.array((test, validation)) * len(instances)).astype(int))
-    part = pd.Series("train", instances)
-    part.iloc[: ends[0]], part.iloc[ends[0] : ends[1]] = "test", "validation"
-    split = cases["instance"].map(part).astype(object)
-    rank = pd.Series(random.permutation(len(cases)), cases.index)
-    stable = (cases["status"] == "done") & cases["failing_step"].isna()
-    for name in ("test", "validation"):
-        held = split == name
-        fails = int((held & (cases["status"] == "done") & ~stable).sum())
-        most = int(fails * MOST_STABLE / (1.0 - MOST_STABLE) + 1e-9)
-        over = rank[held & stable].sort_values().index[most:]
-        split[over] = None
-    groups = [split.fillna(""), cases["scenario"]]
-    rank = rank.groupby(groups).rank(method="first").astype("Int32") - 1
-    return cases.assign(split=split, rank=rank.where(split.notna(), pd.NA))
+    ends = np.cumsum(np.round(np.array(list(shares.values())) * len(instances)).astype(int))
+    part = pd.Series(rest, instances)
+    for name, start, end in zip(shares, (0, *ends), ends, strict=False):
+        part.iloc[start:end] = name
+    order = pd.Series(random.permutation(len(cases)), cases.index)
+    return cases["instance"].map(part).astype(object), order
+
+
+def splits_of_manifest(cases: pd.DataFrame, manifest: Mapping[str, Any]) -> pd.DataFrame:
+    """:func:`split_by_instance` by the seeds, shares and further draws of a set's manifest.
+
+    Args:
+        cases: as there.
+        manifest: of a set of large layouts; without shares all cases are for training.
+    """
+    further = [
+        FurtherDraw(tuple(draw["instances"]), draw["seed"], draw["test"])
+        for draw in manifest.get(FURTHER_DRAWS, ())
+    ]
+    return split_by_instance(
+        cases,
+        seed=manifest.get("seed", 0),
+        test=manifest.get("test", 0.0),
+        validation=manifest.get("validation", 0.0),
+        further=further,
+    )
 
 
 def drawn_instances(cases: pd.DataFrame, *, seed: int) -> list[list[str]]:
