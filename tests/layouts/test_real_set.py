@@ -441,3 +441,23 @@ def test_the_command_builds_the_set_and_refuses_to_replace_it(inputs, packers, t
     command[9] = str(tmp_path / "other")
     assert main(command) == 2
     assert "nowhere: is no folder; allowed: one that holds instances" in capsys.readouterr().err
+
+
+def test_the_command_extends_a_set_by_large_layouts_alone(inputs, packers, tmp_path, capsys):
+    files = ["--containers", str(inputs.containers), "--products", str(inputs.products)]
+    lists = ["--container-lists", "1", "--pallet-lists", "0"]
+    write_layouts(inputs.pallets, [pallet("9.order-0", 30, height=5.0)], Format.NATIVE)
+    build_real_set(RealOptions(containers=0, pallets=0), inputs, tmp_path / "set")
+    command = ["benchmark", "extend-real", str(tmp_path / "set"), *files, *lists]
+    assert main(command) == 2
+    assert "nothing has 62 to 150 items" in capsys.readouterr().err
+    (inputs.containers / "B.txt_1_items.csv").write_text(ITEMS.replace("100,90,1,5", "50,60,1,90"))
+    assert main(command) == 2
+    assert "containers: are other files" in capsys.readouterr().err
+    build_real_set(RealOptions(containers=0, pallets=0), inputs, tmp_path / "new")
+    command[2] = str(tmp_path / "new")
+    assert main(command) == 0
+    count = int(capsys.readouterr().out.split()[0])
+    found = sl.load_benchmark(tmp_path / "new")
+    assert found.cases["item_count"].iloc[-count:].between(62, 150).all()
+    assert set(found.cases["scenario"].iloc[-count:]) == {"S1"}
