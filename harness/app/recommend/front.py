@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING
 
 from steadyload.engines.registry import engines, engines_here
 from steadyload.errors import UserError, nearest
+from steadyload.layouts.benchmark.sizes import FINE_SIZES
 from steadyload.layouts.model.question import Question
 from steadyload.statistics.error_costs import ErrorShares
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.front import undominated
 
-SIZES = (37, 62, 87, 125, 150)
-"""Largest numbers of boxes of the bins; they are about 25, 50, 75, 100 and 150."""
+SIZES = FINE_SIZES
+"""Largest numbers of boxes of the bins."""
 
 
 if TYPE_CHECKING:
