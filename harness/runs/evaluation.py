@@ -82,7 +82,7 @@ class MethodEvaluation:
         natural: accuracy at the natural share of stable layouts, where that is known.
         stands: accuracy on the labels of the question ``stands``, of cases that have one.
         behind: accuracy minus that of the most accurate method of the group, on the same cases;
-            None for that method itself, and without labels.
+            None for that method itself, for one that is not compared, and without labels.
         score: mean score of the cases with a verdict.
         fully_stable: share of layouts that the method calls stable.
         without_verdict: cases without a verdict, by status.
@@ -181,6 +181,17 @@ class Evaluation:
         """All methods on all cases."""
         return self.rows[ALL]
 
+    @cached_property
+    def comparable(self) -> tuple[MethodEvaluation, ...]:
+        """The methods that are compared: all but :attr:`.JudgedCases.apart`, where others are."""
+        apart = self.judged.apart
+        return tuple(row for row in self.methods if row.method.spec not in apart) or self.methods
+
+    @property
+    def best(self) -> MethodEvaluation:
+        """The most accurate of the methods that are compared."""
+        return max(self.comparable, key=lambda m: m.accuracy.value)
+
     def row(
         self,
         spec: str,
@@ -220,11 +231,11 @@ class Evaluation:
 
     def versus(self, spec: str, group: str = ALL) -> Family[MethodKey]:
         """Accuracy of every other method minus that of one, with its significance."""
-        return self.compared(group).versus(self.judged.keys[spec])
+        return self._in_tests(group).versus(self.judged.keys[spec])
 
     def pairs(self, group: str = ALL) -> Family[MethodKey]:
         """Accuracy of every method minus that of each later one, with its significance."""
-        return self.compared(group).pairs()
+        return self._in_tests(group).pairs()
 
     def slices(self, by: ArrayLike | pd.Series) -> tuple[Slice[MethodKey], ...]:
         """Accuracy of every method by slice of the cases.
@@ -238,6 +249,12 @@ class Evaluation:
     def compared(self, group: str = ALL) -> Compared[MethodKey]:
         """The cases of a group on which each method is right, by the labels."""
         return self._compared.only(in_group(self.judged.said.index, group))
+
+    def _in_tests(self, group: str) -> Compared[MethodKey]:
+        """The same of the methods that are compared."""
+        found = self.compared(group)
+        own = {row.method: found.right[row.method] for row in self.comparable}
+        return dataclasses.replace(found, right=own)
 
     @cached_property
     def _compared(self) -> Compared[MethodKey]:
@@ -335,7 +352,9 @@ def _accuracies(judged: JudgedCases, here: BoolArray) -> dict[str, dict[str, Any
     }
     asked = (labels["stands"] == "done").fillna(False).to_numpy(bool)
     other = labels[asked].assign(failing_step=labels["failing_step_stands"][asked])
-    best = max(compared, key=lambda spec: compared[spec]["right"].mean())
+    apart = judged.apart
+    among = [spec for spec in compared if spec not in apart] or list(compared)
+    best = max(among, key=lambda spec: compared[spec]["right"].mean())
     found = {}
     for spec, verdicts in compared.items():
         is_ = {name: column.to_numpy(bool) for name, column in verdicts.items()}
@@ -348,7 +367,7 @@ def _accuracies(judged: JudgedCases, here: BoolArray) -> dict[str, dict[str, Any
             "fragile": accuracy(mine[fragile], lists[fragile]),
             "natural": at_natural_prevalence(mine, labels, natural) if natural else NOTHING,
             "stands": accuracy_of(judged.said[spec][here][asked], other),
-            "behind": None if spec == best else difference(mine, top, lists),
+            "behind": difference(mine, top, lists) if spec in among and spec != best else None,
         }
     return found
 

@@ -13,8 +13,10 @@ import pandas as pd
 import pyarrow as pa
 from numpy.typing import NDArray
 
+from steadyload.layouts.benchmark.sizes import SCREENED_ABOVE
 from steadyload.layouts.model.question import Question
 from steadyload.layouts.model.scenarios import Scenario
+from steadyload.methods.contract.spec import parse_spec
 from steadyload.methods.naming import MethodKey, named
 from steadyload.runs.definition import AS_GIVEN
 from steadyload.runs.labels import item_lists, load_labels
@@ -67,6 +69,22 @@ class JudgedCases:
         order = {str(s): k for k, s in enumerate(Scenario)}
         found = {str(s) for s in self.said.index.get_level_values("scenario")}
         return tuple(sorted(found, key=lambda s: (order.get(s, -1), s)))
+
+    @property
+    def screens(self) -> tuple[str, ...]:
+        """Specs of the simulations on which labels of large layouts rest; none without such cases.
+
+        Large is what has more than :data:`.SCREENED_ABOVE` boxes.
+        """
+        found = self.manifest.get("labels", {}).get("screens", ())
+        large = self.labels is not None and (self.labels["item_count"] > SCREENED_ABOVE).any()
+        return tuple(found) if large else ()
+
+    @property
+    def apart(self) -> frozenset[str]:
+        """Specs of methods that are compared with no other: labels rest on their engines."""
+        engines = {parse_spec(spec).engine for spec in self.screens}
+        return frozenset(s for s, key in self.keys.items() if key.engine and key.engine in engines)
 
     def only(self, cases: NDArray[np.bool_]) -> JudgedCases:
         """Some of the cases.

@@ -155,6 +155,8 @@ def labelled_material(study: StudyDefinition, benchmark: Benchmark | None = None
         "hash": hashlib.sha256(answers.encode()).hexdigest()[:16],
         "natural_stable": benchmark.natural_stable,
     }
+    if "screens" in benchmark.manifest:
+        about["screens"] = list(benchmark.manifest["screens"])
     if isinstance(study.benchmark_directory, str):
         about["set"] = study.benchmark_directory
     return Material(centred, cases, labels, about)

@@ -25,11 +25,11 @@ def front_of(
         judged: the cases, with labels of the question.
         question: methods that were made for another one do not take part.
         rows: the methods; one that came to no verdict on any case is left out with that reason,
-            like one without times or from another installation.
+            like one without times, from another installation, or on an engine that gave the labels.
         times: the kind of their CPU times, in words.
         about: provenance.
     """
-    labels, named = judged.labels, judged.manifest["labels"]
+    labels, named, apart = judged.labels, judged.manifest["labels"], judged.apart
     assert labels is not None, "the study is on a labelled set"
     measured, left_out = [], {}
     for row in rows:
@@ -41,7 +41,9 @@ def front_of(
             continue
         if made_for not in (None, question):
             continue
-        if entry.without_verdict == len(labels):
+        if spec in apart:
+            left_out[spec] = f"labels of its cases rest on {' and '.join(judged.screens)}"
+        elif entry.without_verdict == len(labels):
             left_out[spec] = f"no verdict on any of {len(labels)} cases"
         elif not entry.cpu.n:
             left_out[spec] = "not timed"

@@ -127,7 +127,7 @@ class Found:
     @property
     def cheapest(self) -> MethodEvaluation | None:
         """The cheapest method that is nearly as accurate as the best."""
-        return cheapest_near(self.evaluation.methods, NEAR)
+        return cheapest_near(self.evaluation.comparable, NEAR)
 
     @property
     def answer_chart(self) -> Any:
