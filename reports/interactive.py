@@ -17,11 +17,15 @@ STABLE = -1
 
 @dataclass(frozen=True, slots=True)
 class CostPoint:
-    """A method's cost of a layout [ms], and a share such as its accuracy [0 to 1]."""
+    """A method's cost of a layout [ms], and a share such as its accuracy [0 to 1].
+
+    ``more``: text on the cost that is shown beside it; empty for none.
+    """
 
     method: Identified
     share: Estimate
     cost: Estimate
+    more: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,7 +120,8 @@ def _points(points: Sequence[CostPoint]) -> list[dict[str, Any]]:
             "marker": marker(point.method),
             "share": _numbers(point.share, lambda value: 100.0 * value),
             "cost": _numbers(point.cost, float),
-            "told": f"{percent(point.share)} %, {milliseconds(point.cost)} ms",
+            "told": f"{percent(point.share)} %, {milliseconds(point.cost)} ms"
+            + (f" ({point.more})" if point.more else ""),
             "n": point.share.n,
             "front": point.method.spec in front,
         }

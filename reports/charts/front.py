@@ -39,6 +39,7 @@ def front(
     best: bool = False,
     groups: Mapping[str, Sequence[Any]] | None = None,
     more: Mapping[Field, str] | None = None,
+    beside_cost: Field = "",
     x_label: str = COST_LABEL,
     y_label: str = ACCURACY_LABEL,
 ) -> Chart:
@@ -59,6 +60,7 @@ def front(
         best: whether a dashed line joins the points than which no cheaper one is as good.
         groups: rows by title of a group of cases: then the HTML page shows one at a time.
         more: of these, further fields of shares, and what is added to the title for each.
+        beside_cost: field of a text on the cost that the HTML page shows beside it.
         x_label: label of x.
         y_label: label of y.
 
@@ -67,7 +69,7 @@ def front(
     """
     figure = Figure(figsize=(7.6, 4.6))
     axes = figure.add_subplot()
-    points = _points(rows, x, y, method)
+    points = _points(rows, x, y, method, beside_cost)
     lines = lines or {}
     for point in points:
         draw_cost_point(axes, point)
@@ -101,17 +103,21 @@ def front(
         return Chart(figure)
     shares = {y: "", **(more or {})}
     points_of = {
-        title + added: _points(members, x, share, method)
+        title + added: _points(members, x, share, method, beside_cost)
         for share, added in shares.items()
         for title, members in groups.items()
     }
     return Chart(figure, CostChart(points_of))
 
 
-def _points(rows: Sequence[Any], x: str, y: str, method: str) -> list[CostPoint]:
+def _points(rows: Sequence[Any], x: str, y: str, method: str, beside_cost: str) -> list[CostPoint]:
     found = [
-        CostPoint(method_of(row, method), estimate_of(row, y), estimate_of(row, x)) for row in rows
-    ]
+        CostPoint(
+            method_of(row, method), estimate_of(row, y), estimate_of(row, x),
+            str(value(row, beside_cost)) if beside_cost else "",
+        )
+        for row in rows
+    ]  # fmt: skip
     return [point for point in found if not math.isnan(point.share.value)]
 
 

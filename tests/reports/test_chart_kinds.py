@@ -1,5 +1,6 @@
 """Kinds of charts draw the values of their rows, and name the field that rows do not have."""
 
+import dataclasses
 import re
 from dataclasses import dataclass
 
@@ -100,6 +101,10 @@ def test_a_front_by_groups_is_a_chart_of_the_html_page_and_marks_what_no_cheaper
     assert [(p["title"], p["front"]) for p in points] == [
         ("a", True), ("b", False), ("c", True), ("d", False),
     ]  # fmt: skip
+    assert points[0]["told"] == "70.0 [70.0, 70.0] %, 1.00 [1.00, 1.00] ms"
+    told = [dataclasses.replace(rows[0], budget="median 0.5 ms")]
+    [group] = front(told, beside_cost="budget", groups={"S1": told}).interactive.data()["groups"]
+    assert group["points"][0]["told"].endswith(" ms (median 0.5 ms)")
 
 
 def test_lines_of_a_front_can_look_like_engines_without_a_point_beside_them():
