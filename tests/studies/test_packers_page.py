@@ -20,6 +20,7 @@ from steadyload.layouts.benchmark.tables import (
 )
 from steadyload.reports.table import percent
 from steadyload.studies.packers.causes import Cause, cause_of, widest_gap
+from steadyload.studies.packers.counting import PACKERS as ALL_PACKERS
 from steadyload.studies.packers.counting import summarise
 from steadyload.studies.packers.plans import CONTAINERS, CUSTOMERS, EURO_PALLETS, OTHERS, plans_of
 from steadyload.studies.packers.study import Packers
@@ -168,6 +169,33 @@ def test_plans_are_counted_by_kind_of_list_and_by_scenario(found, real):
     assert plans.loc["o.order-0", "list"] == "o"
 
 
+def test_plans_are_counted_by_size_and_customers_pallets_apart(tmp_path):
+    """Boxes beside each other on the floor; labels say at which of them a plan fails."""
+
+    def wall(name, count, source, **label):
+        spots = [((10 * (k % 8), 0, 10 * (k // 8)), CUBE) for k in range(count)]
+        return plan(name, spots, name[0], source, **label)
+
+    plans = [
+        wall("A py3dbp 1", 30, "py3dbp"),
+        wall("B py3dbp 1", 61, "py3dbp", **fails(2, 2)),
+        wall("C packvium 1", 62, "packvium"),
+        wall("D py3dbp 1", 62, "py3dbp", **fails(2, 2)),
+        wall("o.order-0", 61, PALLET_SOFTWARE),
+        wall("p.order-0", 90, PALLET_SOFTWARE, status=UNLABELLED, stands=""),
+    ]
+    found = summarise(labelled(tmp_path / "set", plans))
+    assert [(r.boxes_of, r.packer, r.stands.value, r.stands.n) for r in found.sizes] == [
+        ("25 to 61", ALL_PACKERS, 0.5, 2), ("25 to 61", "py3dbp", 0.5, 2),
+        ("25 to 61", "palletising software", 1.0, 1),
+        ("62 to 100", ALL_PACKERS, 0.5, 2), ("62 to 100", "Packvium", 1.0, 1),
+        ("62 to 100", "py3dbp", 0.0, 1),
+    ]  # fmt: skip
+    assert [(size, [row.packer for row in rows]) for size, rows in found.by_origin] == [
+        ("25 to 61", [ALL_PACKERS, "palletising software"]), ("62 to 100", [ALL_PACKERS]),
+    ]  # fmt: skip
+
+
 def test_packers_are_compared_on_lists_of_which_both_have_a_plan(found):
     assert {
         (pair.first, pair.second): (pair.lists, pair.only_first.value, pair.only_second.value)
@@ -252,9 +280,9 @@ def test_the_page_shows_what_was_found(found, assert_shown):
     assert_shown(
         Packers(),
         found,
-        answer=[*stands, found.all_causes.plans, found.missing],
+        answer=[*stands, found.all_causes.plans],
         tables=[
-            *(found.packers, found.scenarios, found.kinds, found.pairs),
+            *(found.packers, found.sizes, found.scenarios, found.kinds, found.pairs),
             *([*found.causes, found.all_causes], found.coverage, found.coverage),
         ],
         charts=["failed_by", "worst_0", "worst_1"],
@@ -268,7 +296,8 @@ def test_a_set_whose_plans_all_stand_has_a_page(tmp_path, assert_shown):
     found = summarise(benchmark)
     assert (found.worst, found.causes, found.all_causes.plans, found.missing) == ([], [], 0, 0)
     assert math.isnan(found.all_causes.own.value)
-    shown = [found.packers, found.scenarios, found.kinds, found.coverage, found.coverage]
+    shown = [found.packers, found.sizes, found.scenarios, found.kinds]
+    shown += [found.coverage, found.coverage]
     assert_shown(Packers(), found, tables=shown, charts=["failed_by"], drawn=False)
 
 
