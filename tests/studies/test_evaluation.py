@@ -35,10 +35,9 @@ from steadyload.studies.evaluation.comparing import (
     JudgedSet,
     compare,
     same_order,
-    tunings,
     unlike_the_paper,
 )
-from steadyload.studies.evaluation.judging import Options, judged_and_timed
+from steadyload.studies.evaluation.judging import Options, judged_and_timed, tunings
 from steadyload.studies.evaluation.study import Evaluation
 from steadyload.studies.kit import Lab
 
@@ -387,7 +386,10 @@ def test_the_page_compares_every_method_with_the_best_alone():
     tests = Compared(right, np.arange(40)).pairs()
     rows = [MethodEvaluation(key, accuracy=share(right[key])) for key in keys]
     shown = types.SimpleNamespace(
-        methods=rows, groups=(ALL,), labelled=types.SimpleNamespace(cases=40)
+        methods=rows,
+        best=max(rows, key=lambda one: one.accuracy.value),
+        groups=(ALL,),
+        labelled=types.SimpleNamespace(cases=40),
     )
     own = judged(evaluation=shown, tests={ALL: tests}, tunings=tunings(SIMULATED),
                  timing=types.SimpleNamespace(yardstick=None))  # fmt: skip

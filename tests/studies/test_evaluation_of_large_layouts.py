@@ -7,30 +7,41 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from steadyload.app.recommend.kept import REAL
+from steadyload.app.recommend import kept
+from steadyload.app.recommend.folder import measured_in
+from steadyload.app.recommend.front import front_for
+from steadyload.app.recommend.kept import REAL, load_fronts
+from steadyload.app.recommend.measured import front_of
 from steadyload.cli import main
 from steadyload.labelling.screened import REASONS, screened_steps
 from steadyload.labelling.screening import label_screened
 from steadyload.layouts import Item, Layout, Pallet
-from steadyload.layouts.benchmark import BenchmarkError
+from steadyload.layouts.benchmark import BenchmarkError, load_benchmark, tables
 from steadyload.layouts.benchmark.dataset import row_of
 from steadyload.layouts.benchmark.real import NO_CLASS, PALLET_SOFTWARE
-from steadyload.layouts.benchmark.tables import CASES, OPINIONS, UNLABELLED, write_tables
+from steadyload.layouts.benchmark.tables import (
+    CASES,
+    OPINIONS,
+    UNLABELLED,
+    write_further,
+    write_tables,
+)
 from steadyload.layouts.model.question import Question
 from steadyload.methods.contract.spec import SpecError
 from steadyload.numbers import NumberError
 from steadyload.reports.pages.writing import write_page
+from steadyload.reports.table import significant
+from steadyload.runs import judged as judged_module
 from steadyload.runs.able import able_methods
 from steadyload.runs.costs import limited_costs
 from steadyload.runs.definition import StudyError
+from steadyload.runs.evaluation import evaluate
 from steadyload.runs.judged import load_judged
-from steadyload.studies.evaluation.costing import (
-    growth_of,
-    summary_of,
-)
+from steadyload.studies.evaluation.costing import cost_in, growth_of
 from steadyload.studies.evaluation.delivered import CUSTOMERS, DELIVERED, PACKERS
 from steadyload.studies.evaluation.floors import FLOORS
 from steadyload.studies.evaluation.judging import limited_methods
+from steadyload.studies.evaluation.parts import CONSTANT, CasePart, rested
 from steadyload.studies.evaluation.study import Evaluation
 from steadyload.studies.kit import Lab
 
@@ -155,7 +166,7 @@ def test_cases_are_counted_by_boxes(found):
     for own, fails in zip(found.sets, ((2, 1), (2, 2)), strict=True):
         few, many = own.sizes
         assert [(b.name, b.cases, b.item_lists, b.middle) for b in own.sizes] == [
-            ("3 to 4", 4, 2, 3.5),
+            ("1 to 4", 4, 2, 3.5),
             ("5 to 6", 4, 4, 5.5),
         ]
         assert [4 - right(b.stable)[0] for b in own.sizes] == [*fails]
@@ -170,16 +181,24 @@ def test_cases_are_counted_by_boxes(found):
 
 
 def test_a_judgement_that_was_given_up_costs_the_limit(cases):
+    def costs_of(spec, results):
+        rest = dataclasses.replace(cases, results=results)
+        return cost_in(evaluate(rest, costs=limited_costs(results, 20.0)), spec)
+
     results = cases.results.assign(cpu_total=0.0)
     rest = dataclasses.replace(cases, results=results)
-    costs = limited_costs(rest.results, 20.0)
-    assert summary_of(costs.of("ps3@mujoco")) == (2e4, 2e4, 2e4, 2e4)
-    assert summary_of(costs.of("lstm_e")) == (0.0, 0.0, 0.0, 0.0)
-    assert len(costs.of("lstm_e")) == 6
+    late, refusing = costs_of("ps3@mujoco", results), costs_of("lstm_e", results)
+    assert (late.mean.value, late.median, late.ninety, late.worst) == (2e4, 2e4, 2e4, 2e4)
+    assert (right(late.brief), right(late.long)) == ((0, 8), (0, 8))
+    assert (refusing.mean.value, refusing.mean.n, refusing.worst) == (0.0, 6, 0.0)
+    assert right(refusing.brief) == (6, 8)  # what is refused is not judged
     results["cpu_total"] = results["item_count"] / 1e3
-    cost = summary_of(limited_costs(rest.results, 20.0).of("fbs"))
+    cost = costs_of("fbs", results)
     boxes = results.loc[results["method"] == "fbs", "item_count"]
-    assert (cost[0], cost[1], cost[3]) == (boxes.mean(), 4.5, 6.0)
+    assert (cost.mean.value, cost.median, cost.worst) == (boxes.mean(), 4.5, 6.0)
+    assert cost.ninety == pytest.approx(np.sort(boxes)[[6, 7]] @ (0.7, 0.3))
+    slow = costs_of("fbs", results.assign(cpu_total=results["item_count"] / 10))  # 0.3 to 0.6 s
+    assert (right(slow.brief), right(slow.long)) == ((2, 8), (8, 8))
     # The cost grows as the boxes do, and the exponent is of what a method calls stable.
     growth = growth_of("fbs", rest, rest)
     assert (growth.own.n, growth.everything.n) == (3, 6)
@@ -196,8 +215,8 @@ def test_the_cheapest_of_the_best_is_chosen_by_the_median(found):
     evaluation = dataclasses.replace(
         own.evaluation, costs=dataclasses.replace(own.evaluation.costs, milliseconds=costs)
     )
-    chosen = dataclasses.replace(own, evaluation=evaluation).near_best
-    assert chosen.method.spec == "lstm_e"
+    chosen = CasePart("all", evaluation, own.stable).near_best(0.01)
+    assert chosen.own.method.spec == "lstm_e"
 
 
 def test_customers_pallets_are_told_from_plans_of_packers(found):
@@ -250,17 +269,166 @@ def test_screen_and_reference_are_compared():
 def test_the_page_answers_first(study, found, tmp_path):
     text = write_page(study.page(found), tmp_path).read_text()
     first = text.partition("\n## ")[0]
-    assert first.startswith("# Accuracy and cost of all methods on pallets of real size\n\nFor the")
+    title, answer, data, *_ = first.split("\n\n")
+    assert title == "# Accuracy and cost of all methods on pallets of real size"
+    assert answer.startswith("With **1 to 24 boxes**, for the question *within*, the most accurate")
+    assert data.startswith("4 methods a question on 8 cases")
     assert "1 of the cases are customers' pallets (1 pallets of 1 orders)" in first
     assert "1 of 1 by the label *within*" in text
     assert "FBS: 75.0 [" in first
     for of in found.sets:
-        alike, others = of.alike
-        title, names = of.best.method.title, ", ".join(pair.first.title for pair in alike)
-        plural = "" if others == 1 else "s"
-        assert f"Of {others} other method{plural}, each compared with {title} alone" in first
-        assert f"do not differ from it significantly: {names or '-'}." in first
+        names = ", ".join(pair.first.title for pair in of.alike[0])
+        assert f"Not significantly different from it: {names or '-'}." in answer
+        [span] = of.spans
+        assert span.best.method == of.best.method
+        assert [(part.name, part.about.cases) for part in span.origins] == [
+            (CUSTOMERS, 1), (PACKERS, 7),
+        ]  # fmt: skip
     assert "62.5 % (within), 50.0 % (stands)." in text
+
+
+SCREEN = "label@mujoco:frequency=480"
+
+
+def test_methods_on_an_engine_that_gave_the_labels_are_compared_with_none(cases, monkeypatch):
+    """The simulation is right on every case here, and wins all the same only where it may."""
+    right_answers = cases.labels["failing_step"].fillna(cases.labels["item_count"])
+    said = cases.said.assign(**{"ps3@mujoco": right_answers.astype("Int32")})
+    about = {**cases.manifest["labels"], "screens": [SCREEN]}
+    found = dataclasses.replace(cases, said=said, manifest={**cases.manifest, "labels": about})
+    assert (found.screens, found.apart) == ((), frozenset())  # no layout is large
+    small = evaluate(found)
+    assert small.best.method.spec == "ps3@mujoco"
+    assert len(small.versus("fbs").tests) == 3
+
+    monkeypatch.setattr(judged_module, "SCREENED_ABOVE", 4)
+    assert (found.screens, found.apart) == ((SCREEN,), frozenset({"ps3@mujoco"}))
+    large = evaluate(found)
+    assert large.best.method.spec == "fbs"
+    assert large.row("ps3@mujoco").accuracy.value == 1.0  # shown
+    assert large.row("ps3@mujoco").behind is None
+    assert large.row("lstm_e").behind.value == 0.0  # behind FBS
+    assert small.row("lstm_e").behind.value == -0.25
+    assert [test.first.spec for test in large.versus("fbs").tests] == [*ASKED[1:3]]
+    assert len(large.pairs().tests) == 3
+    assert "ps3@mujoco" not in {key.spec for key in large.pairs().letters}
+    front = front_of(found, WITHIN, large.methods, "", {"machine": ""})
+    assert front.left_out == {"ps3@mujoco": f"labels of its cases rest on {SCREEN}"}
+    few = found.only((found.labels["item_count"] <= 4).to_numpy(bool))
+    assert few.apart == frozenset()
+
+
+def wall(name, boxes, *, hovers=False):
+    """Cubes beside each other, 144 a layer; the last one may hang in the air."""
+    items = tuple(
+        Item(k, (10.0 * (k % 12), 10.0 * (k // 144), 10.0 * (k // 12 % 12)), (10.0,) * 3, 1.0)
+        for k in range(boxes)
+    )
+    if hovers:
+        x, y, z = items[-1].position
+        items = (*items[:-1], Item(boxes - 1, (x, y + 30.0, z), (10.0,) * 3, 1.0))
+    return Layout(name, Pallet(120.0, 200.0, 120.0), items)
+
+
+WALLS = {"a": 40, "b": 61, "c": 62, "d": 80, "e": 100, "f": 101, "g": 150}
+OF_CUSTOMERS, HOVERING = "adg", "bcf"
+
+
+@pytest.fixture(scope="module")
+def large(tmp_path_factory):
+    """The study on layouts of 40 to 150 boxes, whose labels rest on a simulation from 62 on."""
+    folder = tmp_path_factory.mktemp("large") / "set"
+    walls = [wall(name, n, hovers=name in HOVERING) for name, n in WALLS.items()]
+    sources = [(PALLET_SOFTWARE if name in OF_CUSTOMERS else "py3dbp",) for name in WALLS]
+    rows = [row_of(w, w.name, NO_CLASS, by) for w, by in zip(walls, sources, strict=True)]
+    labels = [
+        {"layout": w.name, "scenario": "S1", "status": "done",
+         "failing_step": len(w) - 1 if w.name in HOVERING else None}
+        for w in walls
+    ]  # fmt: skip
+    cases = pd.DataFrame(labels).assign(item_count=[*WALLS.values()], split="test", rank=range(7))
+    empty, manifest = pd.DataFrame(columns=OPINIONS.names), {"seed": 0, "screens": [SCREEN]}
+    layouts, frame = pd.DataFrame(rows), cases.reindex(columns=CASES.names)
+    write_tables(folder, layouts, frame, empty, manifest)
+    write_further(folder, "stands", pd.DataFrame(labels).reindex(columns=tables.STANDS.names), {})
+    work = tmp_path_factory.mktemp("large work")
+    asked = ("fbs", "sme", "ps3@mujoco")
+    study = Evaluation(methods=asked, directory=str(folder), asked="both", timeout=SHORT)
+    return study, study.run(Lab(work, workers=0)), work
+
+
+def test_sizes_and_origins_are_told_apart(large):
+    _, found, _ = large
+    for own in found.sets:
+        sizes = ["38 to 61", "62 to 100", "101 to 150"]
+        assert [(b.origin, b.own.name, b.own.cases) for b in own.bins] == [
+            (origin, size, n)
+            for origin, counts in (
+                ("all cases", (2, 3, 2)), (CUSTOMERS, (1, 1, 1)), (PACKERS, (1, 2, 1)),
+            )
+            for size, n in zip(sizes, counts, strict=True)
+        ]  # fmt: skip
+        assert [right(part.stable) for part in own.origins] == [(3, 3), (1, 4)]
+        assert [(part.name, right(part.stable)) for part in own.spans] == [
+            ("25 to 61", (1, 2)), ("62 to 100", (2, 3)), ("101 to 150", (1, 2)),
+        ]  # fmt: skip
+        constant = own.origins[1].accuracies[-1]
+        assert (constant.method, [right(e) for e in constant.sizes.values()]) == (
+            CONSTANT, [(0, 1), (1, 2), (0, 1)],
+        )  # fmt: skip
+        assert list(own.size_costs) == sizes
+        by_size = [[right(part.stable) for part in span.origins] for span in own.spans]
+        assert by_size == [[(1, 1), (0, 1)], [(1, 1), (1, 2)], [(1, 1), (0, 1)]]
+        apart = [{*part.evaluation.judged.apart} for part in own.spans]
+        assert apart == [set(), *[{s for s in own.evaluation.judged.keys if "mujoco" in s}] * 2]
+
+
+def test_the_page_answers_for_every_size_and_says_what_is_not_compared(large, tmp_path):
+    study, found, _ = large
+    text = write_page(study.page(found), tmp_path).read_text()
+    _, answer, data, *_ = text.split("\n\n")
+    assert [answer.count(f"**{size} boxes**") for size, _ in found.spans] == [1, 1, 1]
+    assert "100.0 % of 1 cases of customers' pallets (the constant verdict *stable*: 100.0 %)" in (
+        answer
+    )
+    assert f"more than 61 boxes rest on `{SCREEN}`" in data
+    assert found.apart[0].title in data
+    drawn = {p.name: p for section in study.page(found).sections for p in section.drawn}
+    groups = {g["title"]: g["points"] for g in drawn["accuracy"].interactive.data()["groups"]}
+    parts = [*found.own.origins, *found.own.spans]
+    assert [*groups] == ["all scenarios", *(part.name for part in parts)]
+    for part in parts:
+        told = {point["title"]: point["told"] for point in groups[part.name]}
+        median = significant(part.of(part.best.method).cost.median)
+        assert f"(median {median} ms, 90 % within " in told[part.best.method.title]
+
+
+def test_large_layouts_have_their_own_recommendations(large, tmp_path, monkeypatch, capsys):
+    _, _, work = large
+    fronts = measured_in(work)
+    assert [(f.fewest, f.most, [*f.left_out.values()]) for f in fronts if f.question is WITHIN] == [
+        (40, 61, ["no verdict on any of 2 cases"]),
+        (62, 100, [f"labels of its cases rest on {SCREEN}"]),
+        (101, 150, [f"labels of its cases rest on {SCREEN}"]),
+    ]
+    assert front_for(fronts, STANDS, 110).fewest == 101
+    monkeypatch.setattr(kept, "FILE", tmp_path / "fronts.json")
+    assert main(["recommend", "--from", str(work), "--write"]) == 0
+    assert len(load_fronts(tmp_path / "fronts.json")) == len(fronts) == 6
+    assert main(["recommend", "--from", str(work), "--boxes", "110"]) == 0
+    assert "measured on 2 cases of 101 to 150 boxes" in capsys.readouterr().out
+
+
+def test_labels_by_the_screen_alone_are_counted_by_size(folder):
+    benchmark = load_benchmark(folder)
+    assert len(benchmark.screening) == 8
+    why = [[""], ["", "drawn"], ["near", ""], *[["fails"]] * 5]
+    screening = benchmark.screening.assign(
+        why=why, **{side: [[0.0] * len(w) for w in why] for side in ("screen", "reference")}
+    )
+    [found] = rested(dataclasses.replace(benchmark, screening=screening))
+    assert (found.boxes, right(found.alone), found.drawn) == ("1 to 24", (2, 8), 1)
+    assert rested(dataclasses.replace(benchmark, screening=screening.head(0))) == ()
 
 
 def test_the_command_judges_small_layouts_too_and_goes_on(folder, tmp_path, capsys):

@@ -6,31 +6,28 @@ A *group* is a scenario, or ``all`` for all cases; mappings by group hold ``all`
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from itertools import combinations, pairwise
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
-from steadyload.app.recommend.front import SIZES
 from steadyload.app.recommend.kept import NAME, SMALL, load_fronts, merged, write_fronts
 from steadyload.app.recommend.measured import front_of
 from steadyload.labelling.ceiling import Ceiling, label_ceiling
 from steadyload.labelling.screened import ScreenedSteps, screened_steps
 from steadyload.layouts.benchmark import Benchmark, load_benchmark
 from steadyload.layouts.benchmark.dataset import KEYS, PLANAR
+from steadyload.layouts.benchmark.sizes import FEWER, FINE_SIZES, SCREENED_ABOVE
 from steadyload.layouts.model.question import Question
 from steadyload.learners.weights import load_weights
 from steadyload.methods.contract.declared import Trait
-from steadyload.methods.contract.method import Status
-from steadyload.methods.contract.spec import as_plain
 from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.registry import make_method
 from steadyload.methods.simulation.scene import planar_scene
-from steadyload.methods.simulation.simulation import Simulation
 from steadyload.reports.columns import row
-from steadyload.runs.agreement import AgreementMatrix, tuning
+from steadyload.runs.agreement import AgreementMatrix
 from steadyload.runs.answers import answers_of, judged_layouts, listed_cases
 from steadyload.runs.comparison import compared
 from steadyload.runs.costs import CPU, Costs, limited_costs, load_explained, timed_costs
@@ -39,7 +36,7 @@ from steadyload.runs.evaluation import ALL, Evaluation, MethodEvaluation, evalua
 from steadyload.runs.judged import JudgedCases, load_judged, manifest_lines
 from steadyload.runs.labels import load_labels
 from steadyload.runs.paper import Paper, paper
-from steadyload.runs.results import LAYOUTS_FILE, kept_file, load_results
+from steadyload.runs.results import LAYOUTS_FILE, kept_file
 from steadyload.runs.timing import BLOCK
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import share
@@ -49,6 +46,7 @@ from steadyload.studies.evaluation.delivered import (
     DELIVERED,
     PACKERS,
     Origin,
+    failing_shares,
     origins,
 )
 from steadyload.studies.evaluation.error_places import (
@@ -59,7 +57,23 @@ from steadyload.studies.evaluation.error_places import (
 )
 from steadyload.studies.evaluation.floors import FloorRow, floor_rows
 from steadyload.studies.evaluation.judged_set import NEAR, YARDSTICK, JudgedSet
-from steadyload.studies.evaluation.judging import Options, Ran, Timed, judged_and_timed
+from steadyload.studies.evaluation.judging import (
+    Options,
+    Ran,
+    Timed,
+    judged_and_timed,
+    tunings,
+    without_verdict,
+)
+from steadyload.studies.evaluation.parts import (
+    CasePart,
+    Rested,
+    by_origin,
+    by_size,
+    failing_accuracy,
+    origin_masks,
+    rested,
+)
 from steadyload.studies.evaluation.rows import Failing, NoVerdict, Timing
 from steadyload.studies.evaluation.watched import watched
 from steadyload.studies.kit import Lab
@@ -87,6 +101,7 @@ class Found:
         origins: who planned the cases; empty where no customer did.
         floors: shares of customers' pallets that are called stable, by floor.
         screened: agreement of screen and reference while the labels were made.
+        rested: labels that rest on the screen alone, by size.
         fails: shares of cases whose label is a failing step, here and in the whole set.
         unlabelled: cases of the set without labels, by status.
     """
@@ -106,15 +121,37 @@ class Found:
     origins: Sequence[Origin]
     floors: Sequence[FloorRow]
     screened: ScreenedSteps
+    rested: Sequence[Rested]
     fails: Sequence[Failing]
     unlabelled: Mapping[str, int]
     made_with: Mapping[str, str]
     near: float = NEAR
+    screened_above: int = SCREENED_ABOVE
 
     @property
     def own(self) -> JudgedSet:
         """The methods for the first question."""
         return self.sets[0]
+
+    @property
+    def spans(self) -> Sequence[tuple[str, Sequence[tuple[Question, CasePart]]]]:
+        """By size, what the page answers for each question."""
+        found: dict[str, list[tuple[Question, CasePart]]] = {}
+        for own in self.sets:
+            for part in own.spans:
+                found.setdefault(part.name, []).append((own.question, part))
+        return list(found.items())
+
+    @property
+    def screens(self) -> Sequence[str]:
+        """Simulations on which labels of large layouts of this page rest."""
+        return self.own.evaluation.judged.screens
+
+    @property
+    def apart(self) -> Sequence[MethodKey]:
+        """Methods that are shown, and are compared with no other."""
+        judged = [own.evaluation.judged for own in self.sets]
+        return list(dict.fromkeys(j.keys[s] for j in judged for s in j.keys if s in j.apart))
 
     @property
     def customers(self) -> Sequence[tuple[Origin, Origin, Origin]]:
@@ -162,7 +199,7 @@ def compare(
     main, *_ = ran.values()
     benchmark = load_benchmark(main.definition.benchmark_directory)
     small = load_judged(ran[SMALL].folder) if SMALL in ran else None
-    usual = SMALL_SIZES if asked.timeout is None else (SMALL_SIZES[-1], *SIZES)
+    usual = SMALL_SIZES if asked.timeout is None else (SMALL_SIZES[-1], FEWER, *FINE_SIZES)
     judged = load_judged(main.folder)
     labelled = [q for q in asked.questions if len(judged.asked(q).said)]
     sets = [
@@ -197,45 +234,25 @@ def compare(
             asked.directory,
         ) if rules and within else None,
         small=small is not None,
-        lost=_lost([one.folder for one in ran.values()], sets),
+        lost=without_verdict(
+            [one.folder for one in ran.values()],
+            {spec: key for own in sets for spec, key in own.evaluation.judged.keys.items()},
+        ),
         origins=origins(judged, benchmark.layouts),
         floors=floor_rows(lab, asked, benchmark),
         screened=screened_steps(benchmark.screening),
-        fails=[each for own in sets for each in _fails(own, benchmark)],
+        rested=rested(benchmark),
+        fails=[
+            each
+            for own in sets
+            for each in failing_shares(own.question, own.evaluation.judged, benchmark)
+        ],
         unlabelled={str(k): int(v) for k, v in unlabelled.items() if k != "done"},
         made_with=made_with,
     )  # fmt: skip
     for own in sets:
         _write_front(own, made_with, lab.work)
     return found
-
-
-def _fails(own: JudgedSet, benchmark: Benchmark) -> Iterator[Failing]:
-    labels = own.evaluation.judged.labels
-    assert labels is not None, "the study is on a labelled set"
-    here = share(labels["failing_step"].notna(), own.evaluation.judged.clusters)
-    yield Failing(f"{own.question}, the cases of this page", here)
-    cases = benchmark.select(question=own.question)
-    natural = share(cases["failing_step"].notna(), cases["instance"])
-    yield Failing(f"{own.question}, the whole set", natural)
-
-
-def _lost(folders: Sequence[Path], sets: Sequence[JudgedSet]) -> list[NoVerdict]:
-    """Cases without a verdict by method and status, over all runs."""
-    keys = {spec: key for own in sets for spec, key in own.evaluation.judged.keys.items()}
-    columns = ("layout", "scenario", "method", "method_name", "engine", "repetition", "status",
-               "reason", "item_count")  # fmt: skip
-    rows = pd.concat([load_results(folder, columns) for folder in folders], ignore_index=True)
-    rows = rows[(rows["status"] != str(Status.DONE)) & (rows["repetition"] == 0)]
-    return [
-        NoVerdict(
-            keys[str(spec)].title, str(status), len(own),
-            f"{own['item_count'].min()} to {own['item_count'].max()}",
-            str(own.loc[own["item_count"].idxmax(), "reason"]),
-        )
-        for (spec, status), own in rows.groupby(["method", "status"], sort=False)
-        if spec in keys
-    ]  # fmt: skip
 
 
 def unlike_the_paper(methods: Sequence[MethodKey]) -> tuple[tuple[int, int, int] | None, bool]:
@@ -290,15 +307,21 @@ def _judged_set(
     lost = every.labels["stands"].drop(said.index).fillna("not asked")
     timed = ran.timed.among(said.index) if ran.timed else None
     evaluation = evaluate(judged, costs=_costs_of(judged, timed, asked))
-    best = max(evaluation.methods, key=lambda m: m.accuracy.value).method.spec
+    best = evaluation.best.method.spec
     against = YARDSTICK if YARDSTICK in judged.keys else best
     kept = kept_file(ran.folder, LAYOUTS_FILE, judged.manifest)
     cases = benchmark.cases.set_index(KEYS).loc[said.index]
     is_planar = ran.definition.benchmark_directory == PLANAR
     right = _right(judged)
     fails = labels["failing_step"].notna().to_numpy(bool)
+    limit = asked.timeout
     parts = [judged] if small is None else [small.of(judged.keys).asked(question), judged]
     costs = None if timed else pd.concat([_cpu(own, asked) for own in parts])
+    masks = {} if limit is None else origin_masks(judged, benchmark.layouts)
+    of_origin = {
+        name: size_bins(right[here], labels[here], sizes, _cpu(judged, asked)[here], stated=True)
+        for name, here in masks.items()
+    }
     return JudgedSet(
         question=question,
         evaluation=evaluation,
@@ -317,20 +340,21 @@ def _judged_set(
         ),
         classes=class_bins(right, labels),
         sizes=size_bins(
-            pd.concat(map(_right, parts)), pd.concat(_labels(own) for own in parts), sizes, costs
+            pd.concat(map(_right, parts)),
+            pd.concat(_labels(own) for own in parts),
+            sizes,
+            costs,
+            stated=limit is not None,
         ),
         margins=margin_bins(said, labels, list(cases["margin"])),
-        watched=watched(ran.definition, evaluation.methods, said, right, labels, views),
+        watched=watched(ran.definition, evaluation.comparable, said, right, labels, views),
         without_label={str(status): int(n) for status, n in lost.value_counts().items()},
         paper=None if is_planar or timed is None or question is Question.STANDS else paper(),
-        failing={
-            key.spec: own
-            for part in evaluation.slices(fails)
-            if part.name
-            for key, own in part.accuracy.items()
-        },
+        failing=failing_accuracy(evaluation),
         stable=share(~fails, judged.clusters),
         growth={} if timed else {spec: growth_of(spec, judged, small) for spec in judged.keys},
+        spans=() if limit is None else by_size(judged, benchmark.layouts, limit),
+        origins=() if limit is None else by_origin(judged, benchmark.layouts, limit, of_origin),
     )
 
 
@@ -355,17 +379,6 @@ def _cpu(judged: JudgedCases, asked: Options) -> pd.DataFrame:
     """CPU times of judging [ms], cases x specs; missing where there is none."""
     taken = _costs_of(judged, None, asked).milliseconds
     return pd.DataFrame({spec: own[CPU] for spec, own in taken.items()}, judged.said.index)
-
-
-def tunings(specs: Iterable[str]) -> dict[str, str]:
-    """By spec of a simulation, a text of its parameters, equal for equal parameters.
-
-    A tuned preset has different ones on every engine; parameters of a single engine are left out.
-    """
-    methods = [make_method(spec) for spec in specs]
-    return {
-        str(m.spec): tuning(as_plain(m.parameters)) for m in methods if isinstance(m, Simulation)
-    }
 
 
 def _timing(asked: Options, timed: Timed, evaluation: Evaluation) -> Timing:

@@ -5,11 +5,33 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
-from steadyload.reports.columns import column, decimal, row
+from steadyload.reports.columns import column, decimal, milliseconds, percent, row, significant
 from steadyload.runs.costs import CPU, judging_costs
+from steadyload.runs.evaluation import ALL, Evaluation, in_group
 from steadyload.runs.judged import JudgedCases
+from steadyload.statistics.clusters import Labels
 from steadyload.statistics.estimate import NOTHING, Estimate
 from steadyload.statistics.growth import exponent
+from steadyload.statistics.metrics import mean, share
+
+BRIEF, LONG = 300.0, 1000.0
+"""CPU times within which tables say how many cases are judged [ms]."""
+
+
+@row
+class Cost:
+    """CPU time of a judgement [ms] with a time limit.
+
+    ``brief``, ``long``: shares of all cases that are judged within :data:`BRIEF`, :data:`LONG`; one
+    that is refused is not.
+    """
+
+    mean: Estimate = column("mean ms", milliseconds)
+    median: float = column("median ms", significant)
+    ninety: float = column("90 % ms", significant)
+    brief: Estimate = column("judged in 0.3 s %", percent)
+    long: Estimate = column("judged in 1 s %", percent)
+    worst: float = column("worst ms", significant)
 
 
 @row
@@ -42,9 +64,28 @@ def _stable_costs(judged: JudgedCases, spec: str) -> pd.DataFrame:
     return found[found["cost"] > 0.0]
 
 
-def summary_of(taken: pd.DataFrame | None) -> tuple[float, float, float, float] | None:
-    """Mean, median, 90th percentile and largest CPU time [ms]; None without a case."""
+def cost_of(taken: pd.Series, lists: Labels) -> Cost | None:
+    """The cost of a method; None without a time.
+
+    Args:
+        taken: CPU time by case [ms], missing where there is none.
+        lists: the item list of each case.
+    """
+    known = taken.notna().to_numpy()
+    times, labels = taken[known].to_numpy(float), pd.Series(lists).to_numpy()
+    if not len(times):
+        return None
+    median, ninety = np.quantile(times, (0.5, 0.9))
+    brief, long = (share((taken <= limit).to_numpy(), labels) for limit in (BRIEF, LONG))
+    found = mean(times, labels[known])
+    return Cost(found, float(median), float(ninety), brief, long, float(times.max()))
+
+
+def cost_in(evaluation: Evaluation, spec: str, group: str = ALL) -> Cost | None:
+    """The cost of a method in an evaluation, on a group of its cases; None where it has none."""
+    judged = evaluation.judged
+    here = in_group(judged.said.index, group)
+    taken = evaluation.costs.of(spec, None if group == ALL else group)
     if taken is None:
         return None
-    median, ninety = np.quantile(taken[CPU], (0.5, 0.9))
-    return float(taken[CPU].mean()), float(median), float(ninety), float(taken[CPU].max())
+    return cost_of(taken[CPU].reindex(judged.said.index[here]), judged.clusters[here])

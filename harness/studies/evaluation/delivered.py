@@ -6,7 +6,9 @@ from collections.abc import Mapping
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
+from steadyload.layouts.benchmark import Benchmark
 from steadyload.layouts.benchmark.real import PALLET_SOFTWARE
 from steadyload.layouts.model.question import Question
 from steadyload.layouts.model.scenarios import Scenario
@@ -15,6 +17,7 @@ from steadyload.runs.judged import JudgedCases
 from steadyload.statistics.clusters import Labels
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import share
+from steadyload.studies.evaluation.rows import Failing
 
 
 @row
@@ -56,10 +59,8 @@ def origins(judged: JudgedCases, layouts: pd.DataFrame) -> tuple[Origin, ...]:
         judged: by all methods.
         layouts: of the labelled set, with their sources.
     """
-    names = judged.said.index.get_level_values("layout")
     scenarios = judged.said.index.get_level_values("scenario")
-    software = layouts["sources"].loc[names].map(lambda found: PALLET_SOFTWARE in found)
-    theirs = software.to_numpy(bool)
+    theirs = of_customers(judged.said.index, layouts)
     if not theirs.any():
         return ()
     masks = {CUSTOMERS: theirs}
@@ -69,6 +70,29 @@ def origins(judged: JudgedCases, layouts: pd.DataFrame) -> tuple[Origin, ...]:
     }
     masks[PACKERS] = ~theirs
     return tuple(_origin(judged.only(here), title) for title, here in masks.items() if here.any())
+
+
+def failing_shares(
+    question: Question, judged: JudgedCases, benchmark: Benchmark
+) -> tuple[Failing, Failing]:
+    """Shares of cases whose label of a question is a failing step, of a page and of its set."""
+    cases = benchmark.select(question=question)
+    natural = share(cases["failing_step"].notna(), cases["instance"])
+    return (
+        Failing(f"{question}, the cases of this page", _failing(judged)),
+        Failing(f"{question}, the whole set", natural),
+    )
+
+
+def of_customers(cases: pd.Index, layouts: pd.DataFrame) -> NDArray[np.bool_]:
+    """Mask of the customers' pallets among cases by layout and scenario, shape (cases,).
+
+    Args:
+        cases: of the labelled set.
+        layouts: of the set, with their sources.
+    """
+    sources = layouts["sources"].loc[cases.get_level_values("layout")]
+    return sources.map(lambda found: PALLET_SOFTWARE in found).to_numpy(bool)
 
 
 def _origin(judged: JudgedCases, title: str) -> Origin:

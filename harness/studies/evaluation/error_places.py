@@ -12,12 +12,14 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from steadyload.layouts.benchmark.sizes import binned
 from steadyload.reports.columns import column, general, percent, row
 from steadyload.runs.comparison import Compared
 from steadyload.runs.labels import item_lists
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import share
 from steadyload.statistics.placed import items_placed_by_case
+from steadyload.studies.evaluation.costing import Cost, cost_of
 
 SMALL_SIZES = (3, 5, 6, 7, 10, 15, 19, 20)
 """Largest numbers of boxes of bins. The paper cuts layouts to 20, so that many have exactly 20."""
@@ -34,7 +36,7 @@ class CaseBin:
         items: boxes on average.
         stable: share of cases whose label is that they are stable.
         accuracy: by spec.
-        cost: median CPU time [ms] by spec; empty where it is of a timing pass.
+        costs: by spec; empty where times are of a timing pass.
     """
 
     name: str = column("boxes", left=False)
@@ -44,7 +46,7 @@ class CaseBin:
     stable: Estimate = column("stable by the label %", percent)
     items: float
     accuracy: Mapping[str, Estimate]
-    cost: Mapping[str, float]
+    costs: Mapping[str, Cost]
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,6 +87,8 @@ def size_bins(
     labels: pd.DataFrame,
     sizes: Sequence[int] = SMALL_SIZES,
     costs: pd.DataFrame | None = None,
+    *,
+    stated: bool = False,
 ) -> tuple[CaseBin, ...]:
     """Accuracy by number of boxes; bins without a case are left out.
 
@@ -93,15 +97,17 @@ def size_bins(
         labels: of the same cases, :data:`steadyload.runs.labels.LABELS`, in the same order.
         sizes: largest numbers of boxes of the bins, which rise; what is larger is a last bin.
         costs: CPU times [ms] of the same cases, missing where there is none; None for no costs.
+        stated: whether a bin is named by its ends, whatever it holds; else by the smallest and
+            largest number in it.
     """
     count = labels["item_count"].astype(int).to_numpy()
-    place = np.searchsorted(sizes, count)
-    names = {}
-    for number in np.unique(place):
-        own = count[place == number]
-        names[str(number)] = " to ".join(map(str, dict.fromkeys((own.min(), own.max()))))
+    place, names = binned(count, sizes)
+    if not stated:
+        for number in names:
+            own = count[place == number]
+            names[number] = " to ".join(map(str, dict.fromkeys((own.min(), own.max()))))
     found = _bins(right, labels, place, costs)
-    return tuple(replace(own, name=names[own.name]) for own in found)
+    return tuple(replace(own, name=names[int(own.name)]) for own in found)
 
 
 def _bins(
@@ -111,11 +117,12 @@ def _bins(
     for own in Compared(right, lists).slices(by):
         here = by == own.name
         count = labels["item_count"][here].astype(float)
-        medians = {} if costs is None else costs[here].median().dropna().to_dict()
+        taken = {} if costs is None else {s: cost_of(costs[s][here], lists[here]) for s in costs}
         stable = share(labels["failing_step"][here].isna(), lists[here])
         found.append(CaseBin(
             str(own.name), float(count.median()), own.cases, own.clusters, stable,
-            float(count.mean()), own.accuracy, medians,
+            float(count.mean()), own.accuracy,
+            {str(spec): cost for spec, cost in taken.items() if cost is not None},
         ))  # fmt: skip
     return tuple(found)
 

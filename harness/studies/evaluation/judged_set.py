@@ -28,17 +28,17 @@ from steadyload.runs.paper import Paper
 from steadyload.statistics.error_costs import cheapest_by_ratio
 from steadyload.statistics.estimate import NOTHING, Estimate
 from steadyload.statistics.metrics import agreement
-from steadyload.studies.evaluation.costing import Growth, summary_of
+from steadyload.studies.evaluation.costing import Growth, cost_in
 from steadyload.studies.evaluation.error_places import (
     CaseBin,
     MarginBin,
 )
+from steadyload.studies.evaluation.parts import CasePart, OriginBin, SizeCost, size_costs
 from steadyload.studies.evaluation.rows import (
     Against,
     Beside,
     Cell,
     Cheapest,
-    Cost,
     Point,
     Result,
     Timing,
@@ -73,6 +73,8 @@ class JudgedSet:
         failing: by spec, accuracy on cases whose label is a failing step.
         stable: share of the other cases, on which the constant verdict *stable* is right.
         growth: by spec, of the CPU time; empty without a time limit, as the costs of bins.
+        spans: the cases by the sizes that the page answers for; empty without a time limit.
+        origins: the cases by origin; empty without a time limit, or a customer's pallet.
         timing: None where judgements have a time limit, and times are of judging.
         paper: the table of the paper; None where the question is not the paper's.
     """
@@ -93,6 +95,8 @@ class JudgedSet:
     failing: Mapping[str, Estimate]
     stable: Estimate
     growth: Mapping[str, Growth]
+    spans: Sequence[CasePart] = ()
+    origins: Sequence[CasePart] = ()
 
     @property
     def yardstick(self) -> MethodKey | None:
@@ -112,24 +116,13 @@ class JudgedSet:
 
     @property
     def best(self) -> MethodEvaluation:
-        """The most accurate method."""
-        return max(self.evaluation.methods, key=lambda m: m.accuracy.value)
+        """The most accurate of the methods that are compared."""
+        return self.evaluation.best
 
     @property
     def near_best(self) -> MethodEvaluation | None:
-        """The cheapest method that is nearly as accurate; None where nothing was timed.
-
-        By the mean time of the timing pass, or by the median of judging.
-        """
-        if self.timing:
-            return cheapest_near(self.evaluation.methods, NEAR)
-        least = self.best.accuracy.value - NEAR
-        costs = {
-            m.method.spec: cost.median
-            for m in self.evaluation.methods
-            if m.accuracy.value >= least and (cost := self._cost(m.method.spec))
-        }
-        return self.evaluation.row(min(costs, key=costs.__getitem__)) if costs else None
+        """The cheapest method that is nearly as accurate; None where nothing was timed."""
+        return cheapest_near(self.evaluation.comparable, NEAR)
 
     @property
     def alike(self) -> tuple[Sequence[PairTest[MethodKey]], int]:
@@ -140,7 +133,7 @@ class JudgedSet:
     @cached_property
     def front(self) -> list[MethodEvaluation]:
         """Methods than which no cheaper one is as accurate, by rising cost; none without times."""
-        specs = on_front(map(Measured.of, self.evaluation.methods))
+        specs = on_front(map(Measured.of, self.evaluation.comparable))
         return [self.evaluation.row(spec) for spec in specs]
 
     @cached_property
@@ -153,10 +146,29 @@ class JudgedSet:
         """A row a method, on all cases."""
         return self.rows[ALL]
 
+    @property
+    def charted(self) -> Mapping[str, Sequence[Result]]:
+        """The methods that a reader of the chart may choose from, by title of a group of cases."""
+        titles = {group: "all scenarios" if group == ALL else group for group in self.groups}
+        parts = {part.name: part.rows for part in (*self.origins, *self.spans)}
+        return {title: self.rows[group] for group, title in titles.items()} | parts
+
+    @property
+    def bins(self) -> Sequence[OriginBin]:
+        """All cases by number of boxes, then those of every origin."""
+        parts = [("all cases", self.sizes), *((part.name, part.sizes) for part in self.origins)]
+        return [OriginBin(name, own) for name, sizes in parts for own in sizes]
+
+    @property
+    def size_costs(self) -> Mapping[str, Sequence[SizeCost]]:
+        """Costs by the name of a bin of the number of boxes."""
+        return size_costs(self.sizes, self.origins, self.evaluation.judged.keys)
+
     @cached_property
     def few(self) -> list[Result]:
         """The methods of charts: the front, the yardstick, and the best of further families."""
-        results = {own.own.method.spec: own for own in self.results}
+        compared = {m.method.spec for m in self.evaluation.comparable}
+        results = {s: own for own in self.results if (s := own.own.method.spec) in compared}
         front = (own.method.spec for own in self.front)
         shown = [spec for spec in dict.fromkeys((*front, YARDSTICK)) if spec in results]
         families = {results[spec].own.method.family for spec in shown}
@@ -176,10 +188,10 @@ class JudgedSet:
             spec = one.method.spec
             share = "1" if self.yardstick == one.method else shares.get(spec)
             like = self.paper.like(one.method) if self.paper else None
-            more: dict[str, Any] = {}
+            more: dict[str, Any] = {"cost": None if timing else cost_in(own, spec, group)}
             if group == ALL:
                 by = {name: own.row(spec, name) for name in self.groups}
-                more = {
+                more |= {
                     "classes": {f"{b.name} (n {b.cases})": b.accuracy[spec] for b in self.classes},
                     "sizes": {f"{b.name} (n {b.cases})": b.accuracy[spec] for b in self.sizes},
                     "scenarios": {name: by[name].accuracy for name in self.groups[1:]},
@@ -200,9 +212,7 @@ class JudgedSet:
                     "spread": timing.spread.get(spec) if timing and timing.repeats > 1 else None,
                     "versus": against.get(one.method),
                     "failing": self.failing.get(spec),
-                    "cost": self._cost(spec),
                     "growth": self.growth.get(spec),
-                    "costs": {b.name: b.cost.get(spec) for b in self.sizes if b.cost},
                 }
                 if self.paper and (printed := self.paper.row_of(one.method)):
                     more |= {
@@ -220,14 +230,10 @@ class JudgedSet:
             )
         return found
 
-    def _cost(self, spec: str) -> Cost | None:
-        found = None if self.timing else summary_of(self.evaluation.costs.of(spec))
-        return None if found is None else Cost(*found)
-
     @cached_property
     def cheapest(self) -> list[Cheapest]:
         """The methods whose errors cost least, by rising ratio of costs."""
-        rows = {m.method.spec: m for m in self.evaluation.methods}
+        rows = {m.method.spec: m for m in self.evaluation.comparable}
         shares = {spec: m.errors for spec, m in rows.items() if m.errors is not None}
         return [
             Cheapest(each.least, each.most, rows[each.method]) for each in cheapest_by_ratio(shares)
@@ -351,9 +357,9 @@ class JudgedSet:
             power = self.growth[key.spec].everything.value
             title = key.title + (f": n^{power:.2f}" if math.isfinite(power) else "")
             found += [
-                Point(key, title, bin_.middle, bin_.cost[key.spec])
+                Point(key, title, bin_.middle, bin_.costs[key.spec].median)
                 for bin_ in self.sizes
-                if key.spec in bin_.cost
+                if key.spec in bin_.costs
             ]
         return found
 

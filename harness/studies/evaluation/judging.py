@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -16,15 +16,19 @@ from steadyload.engines.registry import EngineNotInstalledError, capabilities, e
 from steadyload.layouts.benchmark.dataset import KEYS, PLANAR, set_named
 from steadyload.layouts.model.question import Question, with_question
 from steadyload.methods.contract.method import Status
-from steadyload.methods.contract.spec import parse_spec
-from steadyload.methods.registry import METHODS, each_question, method_class
+from steadyload.methods.contract.spec import as_plain, parse_spec
+from steadyload.methods.naming import MethodKey
+from steadyload.methods.registry import METHODS, each_question, make_method, method_class
+from steadyload.methods.simulation.simulation import Simulation
 from steadyload.methods.tuned import TUNED, tuned_engines
 from steadyload.runs.able import able_methods, asked_question
+from steadyload.runs.agreement import tuning
 from steadyload.runs.definition import StudyDefinition, StudyError
 from steadyload.runs.labels import labelled_material
 from steadyload.runs.results import ResultsError, load_manifest, load_results
 from steadyload.runs.runner import run_study
 from steadyload.runs.timing import BLOCK, Times, timed
+from steadyload.studies.evaluation.rows import NoVerdict
 from steadyload.studies.kit import Lab
 
 RULES = ("fbs", "pbs0.9", "pbs0.7", "pbs0.5", "sme", "equilibrium", "equilibrium:time=0.3")
@@ -312,3 +316,36 @@ def _not_judged(
         else:
             refused[str(method)] = set(zip(own["layout"], own["scenario"], strict=True))
     return untimed, refused
+
+
+def without_verdict(folders: Sequence[Path], keys: Mapping[str, MethodKey]) -> list[NoVerdict]:
+    """Cases without a verdict by method and status, over all runs.
+
+    Args:
+        folders: of the runs.
+        keys: the methods that are shown, by spec.
+    """
+    columns = ("layout", "scenario", "method", "method_name", "engine", "repetition", "status",
+               "reason", "item_count")  # fmt: skip
+    rows = pd.concat([load_results(folder, columns) for folder in folders], ignore_index=True)
+    rows = rows[(rows["status"] != str(Status.DONE)) & (rows["repetition"] == 0)]
+    return [
+        NoVerdict(
+            keys[str(spec)].title, str(status), len(own),
+            f"{own['item_count'].min()} to {own['item_count'].max()}",
+            str(own.loc[own["item_count"].idxmax(), "reason"]),
+        )
+        for (spec, status), own in rows.groupby(["method", "status"], sort=False)
+        if spec in keys
+    ]  # fmt: skip
+
+
+def tunings(specs: Iterable[str]) -> dict[str, str]:
+    """By spec of a simulation, a text of its parameters, equal for equal parameters.
+
+    A tuned preset has different ones on every engine; parameters of a single engine are left out.
+    """
+    methods = [make_method(spec) for spec in specs]
+    return {
+        str(m.spec): tuning(as_plain(m.parameters)) for m in methods if isinstance(m, Simulation)
+    }

@@ -21,7 +21,7 @@ from steadyload.runs.evaluation import (
     MethodEvaluation,
 )
 from steadyload.statistics.estimate import Estimate
-from steadyload.studies.evaluation.costing import Growth
+from steadyload.studies.evaluation.costing import Cost, Growth
 
 _whole = partial(plain_percent, digits=0)
 
@@ -32,16 +32,6 @@ def _share(found: Estimate | str | None) -> str:
 
 def _alarms(found: Estimate) -> str:
     return f"{percent(found)}, n {found.n}"
-
-
-@row
-class Cost:
-    """CPU time of a judgement [ms]."""
-
-    mean: float = column("mean ms", significant)
-    median: float = column("median ms", significant)
-    ninety: float = column("90 % ms", significant)
-    worst: float = column("worst ms", significant)
 
 
 @row
@@ -74,7 +64,7 @@ class Result:
         alarms: false alarms on steps that do not balance, by margin.
         beside: accuracy in the paper and here, by group.
         failing: accuracy on cases whose label is a failing step.
-        cost, growth, costs: of judging with a time limit; ``costs`` is the median by bin.
+        cost, growth: of judging with a time limit.
         versus: the test against one method; None where all pairs are tested, and for that method.
     """
 
@@ -97,7 +87,14 @@ class Result:
     failing: Estimate | None = column("failing: accuracy %", percent, default=None)
     cost: Cost | None = None
     growth: Growth | None = None
-    costs: Mapping[str, float | None] = column("{}", significant, default_factory=dict)
+
+    @property
+    def spread_of_cost(self) -> str:
+        """Median and 90 % of the cost in words; empty where they are not known."""
+        if self.cost is None:
+            return ""
+        median, ninety = map(significant, (self.cost.median, self.cost.ninety))
+        return f"median {median} ms, 90 % within {ninety} ms"
 
     @property
     def ratio(self) -> str | None:

@@ -69,7 +69,8 @@ def watched(
     """
     order = sorted(methods, key=lambda m: -m.accuracy.value)
     robust = labels["robust"].fillna(False).to_numpy(bool)
-    cases = right[robust] if robust.any() else right
+    own = right[[m.method.spec for m in methods]]
+    cases = own[robust] if robust.any() else own
     wrong = len(order) - cases.sum(axis=1)
     divided = wrong[(wrong > 0) & (wrong < len(order))]
     evenly = (divided - 0.5 * len(order)).abs().sort_values(kind="stable")
