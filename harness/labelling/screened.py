@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 from scipy.stats import beta
 
 from steadyload.labelling.screened_loading import CHECKED_BY_TWO
-from steadyload.reports.columns import column, percent, row
+from steadyload.layouts.benchmark.dataset import KEYS
+from steadyload.layouts.benchmark.sizes import FEWER, SIZES, binned
+from steadyload.reports.columns import column, percent, plain_percent, row
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import share
 
@@ -92,61 +94,67 @@ def _joined(lists: pd.Series) -> NDArray[np.float64]:
 
 @row
 class CheckedScreening:
-    """Labels of the cases that so many simulations screened, and the error that they can have.
+    """Labels of the cases of one size, and the error that screens can have brought into them.
 
-    ``by_reference``: steps about which the reference was asked. ``alone``: share of all other
-    steps. ``drawn``: of the steps at which the screens saw nothing near a threshold, those that
-    were drawn at random, and put to the reference, too; ``wrong``: those of them at which the
-    reference saw something move too far. ``most_wrong``: upper bound (95 %, Clopper and Pearson, by
-    size of the movement) of the share of wrong ones among all such steps. ``cases_alone``: share of
-    the cases about none of whose steps the reference was asked.
+    ``alone``: share of the steps about which the reference was not asked. ``drawn``: of the steps
+    at which screens saw nothing near a threshold, those that were drawn at random and put to the
+    reference, too; ``wrong``: those of them at which the reference saw something move too far.
+    ``most_wrong``: upper bound (95 %, Clopper and Pearson, by equal chance to be drawn) of the
+    share of wrong ones among all steps that nothing but chance put to the reference.
+    ``cases_alone``: share of the cases in which nothing else put a step to the reference.
     """
 
-    screens: int = column("screens")
+    boxes: str = column(left=False)
     cases: int = column()
     steps: int = column()
-    by_reference: int = column("by the reference")
-    alone: float = column("by screens alone %", percent)
-    drawn: int = column("drawn")
+    alone: float = column("steps by screens alone %", plain_percent)
+    drawn: int = column("steps drawn")
     wrong: int = column("of these wrong")
-    most_wrong: float = column("wrong at most %", percent)
+    most_wrong: float = column("wrong at most %", partial(plain_percent, digits=2))
     cases_alone: Estimate = column("cases by screens alone %", percent)
 
 
-def checked_screening(screening: pd.DataFrame) -> tuple[CheckedScreening, ...]:
-    """By number of screens, how far labels rest on them.
+def checked_screening(screening: pd.DataFrame, cases: pd.DataFrame) -> tuple[CheckedScreening, ...]:
+    """By size, how far labels rest on screens.
 
     Args:
         screening: of a labelled set, :data:`steadyload.layouts.benchmark.tables.SCREENING`.
+        cases: of the set, with ``item_count`` and ``instance``.
     """
-    return tuple(_checked(screening))
+    if screening.empty:
+        return ()
+    known = cases.set_index(KEYS).loc[pd.MultiIndex.from_frame(screening[KEYS])]
+    place, names = binned(known["item_count"], (FEWER, *SIZES))
+    lists = known["instance"].to_numpy()
+    return tuple(
+        _checked(name, screening[place == number], lists[place == number])
+        for number, name in names.items()
+    )
 
 
-def _checked(screening: pd.DataFrame) -> Iterator[CheckedScreening]:
-    two = screening["second"].notna()
-    for screens, own in ((1, screening[~two]), (2, screening[two])):
-        if own.empty:
-            continue
-        screen, reference = (_joined(own[name]) for name in ("screen", "reference"))
-        far = screen if screens == 1 else np.maximum(screen, _joined(own["second"]))
-        why = np.concatenate([np.asarray(each, dtype=object) for each in own["why"]])
-        asked = np.isfinite(reference)
-        drawn = (why == "drawn") & asked
-        wrong = drawn & (reference > 1.0)
-        # Steps that only chance put to the reference, in strata of equal chance.
-        quiet = (why == "") | drawn
-        strata = np.digitize(far, list(CHECKED_BY_TWO)) if screens == 2 else np.zeros(len(far))
-        counts = [
-            (int((quiet & here).sum()), int((drawn & here).sum()), int((wrong & here).sum()))
-            for here in (strata == each for each in np.unique(strata[quiet]))
-        ]
-        whole = sum(steps for steps, _, _ in counts)
-        yield CheckedScreening(
-            screens, len(own), len(far), int(asked.sum()), float(1.0 - asked.mean()),
-            int(drawn.sum()), int(wrong.sum()),
-            sum(n / whole * _upper(k, of, 0.05 / len(counts)) for n, of, k in counts),
-            share([not np.isfinite(each).any() for each in own["reference"]]),
-        )  # fmt: skip
+def _checked(name: str, own: pd.DataFrame, lists: NDArray[np.object_]) -> CheckedScreening:
+    two = np.repeat(own["second"].notna(), own["why"].map(len))
+    screen, reference = (_joined(own[name]) for name in ("screen", "reference"))
+    far = screen.copy()
+    if two.any():
+        far[two] = np.maximum(screen[two], _joined(own["second"].dropna()))
+    why = np.concatenate([np.asarray(each, dtype=object) for each in own["why"]])
+    asked = np.isfinite(reference)
+    drawn = (why == "drawn") & asked
+    wrong = drawn & (reference > 1.0)
+    # Steps that chance alone put to the reference, in strata of equal chance.
+    quiet = (why == "") | drawn
+    strata = np.where(two, np.digitize(far, list(CHECKED_BY_TWO)), -1)
+    counts = [
+        (int((quiet & here).sum()), int((drawn & here).sum()), int((wrong & here).sum()))
+        for here in (strata == each for each in np.unique(strata[quiet]))
+    ]
+    whole = sum(steps for steps, _, _ in counts)
+    return CheckedScreening(
+        name, len(own), len(far), float(1.0 - asked.mean()), int(drawn.sum()), int(wrong.sum()),
+        sum(n / whole * _upper(k, of, 0.05 / len(counts)) for n, of, k in counts),
+        share([all(not each or each == "drawn" for each in steps) for steps in own["why"]], lists),
+    )  # fmt: skip
 
 
 def _upper(hits: int, of: int, level: float) -> float:

@@ -34,6 +34,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from steadyload.labelling.label_rows import LABEL, case_row
+from steadyload.layouts.benchmark.sizes import SCREENED_ABOVE
 from steadyload.layouts.model.contacts import find_contacts
 from steadyload.layouts.model.layout import Layout
 from steadyload.methods.contract.method import Status
@@ -42,7 +43,7 @@ from steadyload.methods.simulation.simulation import Simulation
 from steadyload.methods.simulation.step_answers import StepAnswer, StepAnswers
 from steadyload.statics.margins import margins
 
-MOST_BY_ONE = 61
+MOST_BY_ONE = SCREENED_ABOVE
 """Items of a layout that one simulation screens, at most."""
 
 SCREEN = "label@mujoco:frequency=1000"
@@ -102,7 +103,7 @@ class _Asks(Protocol):
         """The reason to ask about a step; empty for none."""
 
     def known(self, step: int, why: str, seen: Sequence[StepAnswer]) -> StepAnswer | None:
-        """What is known of the step already, though there is a reason to ask."""
+        """The answer that is known already, though there is a reason to ask; None for none."""
 
     def note(self, step: int, seen: Sequence[StepAnswer], answer: StepAnswer) -> None:
         """Take in what the reference answered."""

@@ -152,30 +152,31 @@ def test_labels_made_again_are_equal_and_a_changed_one_is_named(unlabelled):
 
 
 def test_what_chance_put_to_the_reference_bounds_the_error_of_screens():
-    nothing, few = [np.nan] * 100, 50
-    asked = [0.02] * few + nothing[few:]
+    few, many = 50, 100
+    asked = [0.02] * few + [np.nan] * few
     drawn = ["drawn"] * few + [""] * few
     steps = pd.DataFrame(
         {
             "layout": ["a", "b"],
             "scenario": ["S1", "S1"],
-            "screen": [[0.0] * 100, [0.0] * 100],
-            "second": [None, [0.0] * 99 + [0.5]],
+            "screen": [[0.0] * many] * 2,
+            "second": [None, [0.0] * (many - 1) + [0.5]],
             "reference": [asked, asked],
             "why": [drawn, drawn],
         }
     )
-    one, two = checked_screening(steps)
-    assert (one.screens, one.steps, one.by_reference, one.drawn, one.wrong) == (1, 100, 50, 50, 0)
+    cases = steps[KEYS].assign(item_count=[60, 100], instance=["one", "two"])
+    one, two = checked_screening(steps, cases)
+    assert [each.boxes for each in (one, two)] == ["25 to 61", "62 to 100"]
+    assert (one.steps, one.alone, one.drawn, one.wrong) == (many, 0.5, few, 0)
     # No wrong one of 50: the bound is that whose 50th power leaves 5 %.
-    assert one.most_wrong == pytest.approx(1 - 0.05 ** (1 / 50))
-    assert one.alone == 0.5
-    assert one.cases_alone.value == 0.0
+    assert one.most_wrong == pytest.approx(1 - 0.05 ** (1 / few))
+    assert one.cases_alone.value == 1.0
     # A stratum of a single step, not drawn, may be wrong.
-    assert two.most_wrong == pytest.approx(0.99 * (1 - 0.025 ** (1 / 50)) + 0.01)
-    wrong = steps.assign(reference=[[1.5, *asked[1:]], asked])
-    assert checked_screening(wrong)[0].wrong == 1
-    assert checked_screening(wrong)[0].most_wrong > 0.09
+    assert two.most_wrong == pytest.approx(0.99 * (1 - 0.025 ** (1 / few)) + 0.01)
+    found, _ = checked_screening(steps.assign(reference=[[1.5, *asked[1:]], asked]), cases)
+    assert found.wrong == 1
+    assert found.most_wrong > 0.09
 
 
 @pytest.mark.parametrize(("side", "patient"), [(10.0, False), (100.0, True)])

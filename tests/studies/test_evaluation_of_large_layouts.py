@@ -13,7 +13,7 @@ from steadyload.app.recommend.front import front_for
 from steadyload.app.recommend.kept import REAL, load_fronts
 from steadyload.app.recommend.measured import front_of
 from steadyload.cli import main
-from steadyload.labelling.screened import REASONS, screened_steps
+from steadyload.labelling.screened import REASONS, checked_screening, screened_steps
 from steadyload.labelling.screening import label_screened
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.benchmark import BenchmarkError, load_benchmark, tables
@@ -41,7 +41,7 @@ from steadyload.studies.evaluation.costing import cost_in, growth_of
 from steadyload.studies.evaluation.delivered import CUSTOMERS, DELIVERED, PACKERS
 from steadyload.studies.evaluation.floors import FLOORS
 from steadyload.studies.evaluation.judging import limited_methods
-from steadyload.studies.evaluation.parts import CONSTANT, CasePart, rested
+from steadyload.studies.evaluation.parts import CONSTANT, CasePart
 from steadyload.studies.evaluation.study import Evaluation
 from steadyload.studies.kit import Lab
 
@@ -424,11 +424,14 @@ def test_labels_by_the_screen_alone_are_counted_by_size(folder):
     assert len(benchmark.screening) == 8
     why = [[""], ["", "drawn"], ["near", ""], *[["fails"]] * 5]
     screening = benchmark.screening.assign(
-        why=why, **{side: [[0.0] * len(w) for w in why] for side in ("screen", "reference")}
+        why=why,
+        screen=[[0.0] * len(w) for w in why],
+        reference=[[0.0 if each else np.nan for each in w] for w in why],
     )
-    [found] = rested(dataclasses.replace(benchmark, screening=screening))
-    assert (found.boxes, right(found.alone), found.drawn) == ("1 to 24", (2, 8), 1)
-    assert rested(dataclasses.replace(benchmark, screening=screening.head(0))) == ()
+    [found] = checked_screening(screening, benchmark.cases)
+    assert (found.boxes, right(found.cases_alone), found.drawn) == ("1 to 24", (2, 8), 1)
+    assert (found.steps, found.alone) == (10, pytest.approx(3 / 10))
+    assert checked_screening(screening.head(0), benchmark.cases) == ()
 
 
 def test_the_command_judges_small_layouts_too_and_goes_on(folder, tmp_path, capsys):

@@ -17,7 +17,7 @@ FEWER = 24
 """Layouts of real size have more boxes."""
 
 SCREENED_ABOVE = SIZES[0]
-"""Labels of larger layouts rest on the simulations that a set names as its ``screens``."""
+"""Labels of larger layouts rest on the two simulations that a set names as its ``screens``."""
 
 
 def binned(boxes: ArrayLike, largest: Sequence[int]) -> tuple[NDArray[np.intp], dict[int, str]]:

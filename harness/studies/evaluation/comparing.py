@@ -16,7 +16,12 @@ import pandas as pd
 from steadyload.app.recommend.kept import NAME, SMALL, load_fronts, merged, write_fronts
 from steadyload.app.recommend.measured import front_of
 from steadyload.labelling.ceiling import Ceiling, label_ceiling
-from steadyload.labelling.screened import ScreenedSteps, screened_steps
+from steadyload.labelling.screened import (
+    CheckedScreening,
+    ScreenedSteps,
+    checked_screening,
+    screened_steps,
+)
 from steadyload.layouts.benchmark import Benchmark, load_benchmark
 from steadyload.layouts.benchmark.dataset import KEYS, PLANAR
 from steadyload.layouts.benchmark.sizes import FEWER, FINE_SIZES, SCREENED_ABOVE
@@ -67,12 +72,10 @@ from steadyload.studies.evaluation.judging import (
 )
 from steadyload.studies.evaluation.parts import (
     CasePart,
-    Rested,
     by_origin,
     by_size,
     failing_accuracy,
     origin_masks,
-    rested,
 )
 from steadyload.studies.evaluation.rows import Failing, NoVerdict, Timing
 from steadyload.studies.evaluation.watched import watched
@@ -100,8 +103,7 @@ class Found:
         lost: cases without a verdict.
         origins: who planned the cases; empty where no customer did.
         floors: shares of customers' pallets that are called stable, by floor.
-        screened: agreement of screen and reference while the labels were made.
-        rested: labels that rest on the screen alone, by size.
+        screened, checked: how labels were made by screening, in all and by size.
         fails: shares of cases whose label is a failing step, here and in the whole set.
         unlabelled: cases of the set without labels, by status.
     """
@@ -121,7 +123,7 @@ class Found:
     origins: Sequence[Origin]
     floors: Sequence[FloorRow]
     screened: ScreenedSteps
-    rested: Sequence[Rested]
+    checked: Sequence[CheckedScreening]
     fails: Sequence[Failing]
     unlabelled: Mapping[str, int]
     made_with: Mapping[str, str]
@@ -241,7 +243,7 @@ def compare(
         origins=origins(judged, benchmark.layouts),
         floors=floor_rows(lab, asked, benchmark),
         screened=screened_steps(benchmark.screening),
-        rested=rested(benchmark),
+        checked=checked_screening(benchmark.screening, benchmark.cases),
         fails=[
             each
             for own in sets

@@ -11,9 +11,6 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from steadyload.labelling.screened import screened_steps
-from steadyload.layouts.benchmark import Benchmark
-from steadyload.layouts.benchmark.dataset import KEYS
 from steadyload.layouts.benchmark.sizes import FEWER, SIZES, binned
 from steadyload.methods.naming import MethodKey
 from steadyload.reports.columns import column, milliseconds, percent, row, significant
@@ -21,7 +18,7 @@ from steadyload.runs.comparison import PairTest
 from steadyload.runs.costs import limited_costs
 from steadyload.runs.evaluation import Evaluation, LabelledPart, MethodEvaluation, evaluate
 from steadyload.runs.judged import JudgedCases
-from steadyload.statistics.estimate import NOTHING, Estimate
+from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import share
 from steadyload.studies.evaluation.costing import Cost, cost_in
 from steadyload.studies.evaluation.delivered import CUSTOMERS, PACKERS, of_customers
@@ -29,9 +26,6 @@ from steadyload.studies.evaluation.error_places import CaseBin
 from steadyload.studies.evaluation.rows import Result
 
 CONSTANT = "the constant verdict *stable*"
-
-DRAWN = "drawn"
-"""Key of :data:`steadyload.labelling.screened.REASONS`."""
 
 
 @row
@@ -243,38 +237,3 @@ def _by_origin(theirs: Mapping[str, CaseBin], spec: str) -> dict[str, str]:
             ("90 % ms", significant(cost.ninety)),
         )
     }
-
-
-@row
-class Rested:
-    """Labels of one size that rest on the screen alone, and what is known of its error.
-
-    Attributes:
-        alone: share of labelled cases in which the reference was asked about no step but those
-            that were drawn at random.
-        drawn: steps of these sizes about which it was asked by chance.
-        differ: of these, the share on which the two disagree.
-    """
-
-    boxes: str = column(left=False)
-    alone: Estimate = column("by the screen alone %", percent)
-    drawn: int = column("steps drawn")
-    differ: Estimate = column("disagree %", percent)
-
-
-def rested(benchmark: Benchmark) -> tuple[Rested, ...]:
-    """A row a size of the cases that were labelled by screening."""
-    seen = benchmark.screening
-    if seen.empty:
-        return ()
-    cases = benchmark.cases.set_index(KEYS).loc[pd.MultiIndex.from_frame(seen[KEYS])]
-    place, names = binned(cases["item_count"], (FEWER, *SIZES))
-    alone = np.array([all(not why or why == DRAWN for why in steps) for steps in seen["why"]])
-    lists = cases["instance"].to_numpy()
-    found = []
-    for number, name in names.items():
-        here = place == number
-        drawn = screened_steps(seen[here]).of(DRAWN)
-        steps, differ = (drawn.steps, drawn.share) if drawn else (0, NOTHING)
-        found.append(Rested(name, share(alone[here], lists[here]), steps, differ))
-    return tuple(found)
