@@ -17,7 +17,6 @@ SLACK = 0.1
 """A range is this much wider at both ends, in shares of its ends, before something is outside."""
 
 QUANTITIES: Mapping[str, str] = {
-    "items": "",
     "longest pallet side": " cm",
     "shortest side": " cm",
     "longest side": " cm",
@@ -27,7 +26,9 @@ QUANTITIES: Mapping[str, str] = {
     "overhang": " cm",
 }
 """Quantities with a range, and their units. The last two are of all items placed by then, and of
-an item over the edges of a deck. Positions lie in the pallet, and need no range."""
+an item over the edges of a deck. Positions lie in the pallet, and need no range. Nor does the number
+of items: a network judges step by step, and no feature of a step is that number. Weights that state
+a range of it are read, and it limits nothing."""
 
 _UNSEEN = ("longest pallet side", "weight")
 """Quantities that features of support do not depend on."""
@@ -39,7 +40,7 @@ def quantities_of(kind: FeatureKind) -> tuple[str, ...]:
 
 
 def _of_items(layout: Arrangement) -> FloatArray:
-    """The quantities of every item, (J, 6), in the order of :data:`QUANTITIES`."""
+    """The quantities of every item, (J, 6): all but the first of :data:`QUANTITIES`, in order."""
     return _quantities(
         layout.lower, layout.upper, layout.weights, layout.mass_offsets, layout.floor.corners
     )
@@ -90,8 +91,7 @@ def extent_of(
         longest: side of the pallet [cm].
     """
     of_items = _quantities(lower, upper, weights, offsets, floor)
-    whole = [len(weights), longest]
-    return np.array([[*whole, *of_items.min(axis=0)], [*whole, *of_items.max(axis=0)]])
+    return np.array([[longest, *of_items.min(axis=0)], [longest, *of_items.max(axis=0)]])
 
 
 def extents_of(layouts: Iterable[Arrangement]) -> FloatArray:
@@ -108,12 +108,8 @@ def extents_of(layouts: Iterable[Arrangement]) -> FloatArray:
 
 
 def trained_ranges(extents: Iterable[FloatArray], kind: FeatureKind) -> dict[str, list[float]]:
-    """Ranges that many layouts span, name -> [least, greatest], from their :func:`extent_of`.
-
-    Items are from 1 on: a layout shows all its beginnings.
-    """
+    """Ranges that many layouts span, name -> [least, greatest], from their :func:`extent_of`."""
     stacked = np.array(list(extents))
-    stacked[:, 0, 0] = 1.0
     low, high = stacked[:, 0].min(axis=0), stacked[:, 1].max(axis=0)
     known = quantities_of(kind)
     return {
@@ -151,7 +147,6 @@ class TrainedRanges:
         """The layouts inside, without the slack."""
         most = {name: high for name, (_, high) in self.ranges.items()}
         return LayoutRange(
-            items=most["items"],
             pallet_side=self.ranges["longest pallet side"],
             shortest_side=self.ranges["shortest side"],
             longest_side=self.ranges["longest side"],
@@ -165,16 +160,16 @@ class TrainedRanges:
         """Sentence on the quantity and item that lie outside; empty if none does."""
         # Computed first, so that any layout compiles all of it.
         of_items = _of_items(layout)
-        least, most = self._least[2:], self._most[2:]
+        least, most = self._least[1:], self._most[1:]
         inside = _inside(of_items, least, most)
-        for k, value in enumerate((len(layout), max(layout.pallet.size))):
-            if not self._least[k] <= value <= self._most[k]:
-                return self._sentence("the layout", k, value)
+        longest = max(layout.pallet.size)
+        if not self._least[0] <= longest <= self._most[0]:
+            return self._sentence("the layout", 0, longest)
         if inside == len(layout):
             return ""
         found = of_items[inside]
         quantity = int(np.argmax(~((least <= found) & (found <= most))))
-        return self._sentence(f"item {inside}", 2 + quantity, float(found[quantity]))
+        return self._sentence(f"item {inside}", 1 + quantity, float(found[quantity]))
 
     def beyond(self, extents: FloatArray) -> NDArray[np.bool_]:
         """Which quantities of M layouts lie outside, (M, quantities).
@@ -187,10 +182,9 @@ class TrainedRanges:
 
     def steps_inside(self, layout: Arrangement) -> int:
         """Number of first steps with nothing outside; all if :meth:`outside` is empty."""
-        if not self._least[1] <= max(layout.pallet.size) <= self._most[1]:
+        if not self._least[0] <= max(layout.pallet.size) <= self._most[0]:
             return 0
-        inside = _inside(_of_items(layout), self._least[2:], self._most[2:])
-        return min(inside, int(self._most[0]))
+        return _inside(_of_items(layout), self._least[1:], self._most[1:])
 
     def _sentence(self, of: str, quantity: int, value: float) -> str:
         name, unit = list(QUANTITIES.items())[quantity]

@@ -43,13 +43,11 @@ def drawn_in(layout: Layout, by: float) -> Layout:
 def brought_within(layout: Layout, declared: LayoutRange) -> Layout:
     """The layout with the least changes that bring it into a method's range, where there are some.
 
-    Items beyond the greatest number are left out. All lengths are scaled alike, by a power of two
-    where one will do, so that positions still add up exactly; weights go with the cube. Light items
-    then get heavier and shifts of centres of mass smaller, as far as they have to. Sides too
-    unequal for the range stay outside of it, and so does an overhang.
+    All lengths are scaled alike, by a power of two where one will do, so that positions still add
+    up exactly; weights go with the cube. Light items then get heavier and shifts of centres of mass
+    smaller, as far as they have to. Sides too unequal for the range stay outside of it, and so does
+    an overhang.
     """
-    if len(layout) > declared.items:
-        layout = layout.first(int(declared.items))
     factor = _scale_into(layout, declared)
     weights = layout.weights * factor**3
     least, most = declared.weight

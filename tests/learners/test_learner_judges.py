@@ -8,6 +8,7 @@ import json
 import shutil
 import subprocess
 import sys
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -35,7 +36,7 @@ from steadyload.learners.weights import (
     save_weights,
     weights_folder,
 )
-from steadyload.methods.contract.method import Status
+from steadyload.methods.contract.method import Status, Stopwatch
 from steadyload.methods.contract.spec import SpecError
 from steadyload.methods.registry import make_method, method_listing
 from steadyload.runs.provenance import made_by
@@ -276,16 +277,11 @@ def test_what_it_was_not_trained_on_is_refused_or_flagged(weights, layouts):
     shifted = with_item(lay, mass_offset=(0.499 * lay.items[0].size[0], 0.0, 0.0))
     alone = (Item(0, (0.0, 0.0, 0.0), (50.0, 50.0, 50.0), 31.0),)
     alone_on = Pallet(100.0, 100.0, 100.0)
-    many = Layout(
-        "many", alone_on,
-        tuple(Item(k, (4.0 * k, 0.0, 0.0), (4.0, 4.0, 4.0), 0.016) for k in range(25)),
-    )  # fmt: skip
     edge = Layout("edge", alone_on, (Item(0, (-5.0, 0.0, 0.0), (50.0, 50.0, 50.0), 31.0),))
     for odd, message in (
         (edge, "item 0: overhang is 5 cm; trained on 0 to 0 cm"),
         (heavy, "item 1: heaviest over lightest is "),
         (shifted, "item 0: shift of the centre of mass is 0.499 of a side; trained on 0 to 0.4"),
-        (many, "the layout: items is 25; trained on 1 to 20"),
     ):
         [verdict] = judge(weights).judge_many([odd])
         for found in (verdict, judge(weights).judge(odd)):
@@ -307,6 +303,30 @@ def test_what_it_was_not_trained_on_is_refused_or_flagged(weights, layouts):
         assert judge(weights).judge(inside).status is Status.DONE
     # A layout shows all its beginnings: few items are never too few.
     assert judge(weights).judge(lay.first(1)).status is Status.DONE
+
+
+def test_more_items_than_any_layout_had_in_training_are_judged_step_by_step():
+    """Twelve layers of ten boxes; then the same with the last box beyond its support."""
+    boxes = [
+        Item(10 * y + k, (20.0 * (k % 5), 10.0 * y, 30.0 * (k // 5)), (20.0, 10.0, 30.0), 4.0)
+        for y in range(12)
+        for k in range(10)
+    ]
+    deck = Pallet(200.0, 200.0, 100.0)
+    pile = Layout("pile", deck, tuple(boxes))
+    beyond = dataclasses.replace(boxes[-1], position=(95.0, 110.0, 30.0))
+    falling = Layout("falling", deck, (*boxes[:-1], beyond))
+    for spec in ("lstm_1", "lstm_e", "lstm_1:question=stands", "lstm_e:question=stands"):
+        method = make_method(spec)
+        for layout, failing in ((pile, None), (falling, 119)):
+            [among_many] = method.judge_many([layout])
+            for verdict in (method.judge(layout), among_many):
+                assert (verdict.status, verdict.failing_step) == (Status.DONE, failing)
+                assert "trained on" not in verdict.reason
+        with closing(method.steps(falling, Stopwatch())) as scorer:
+            scores = [scorer.step_score(step) for step in range(120)]
+        assert np.isfinite(scores).all()
+        assert np.argmax(scores) == 119
 
 
 def test_the_manifest_says_what_the_weights_are(weights):

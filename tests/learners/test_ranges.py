@@ -20,7 +20,6 @@ LAYOUT = Layout(
     ),
 )
 FOUND = {
-    "items": 5.0,
     "longest pallet side": 120.0,
     "shortest side": 16.0,
     "longest side": 40.0,
@@ -45,7 +44,7 @@ def test_every_quantity_is_counted_from_its_least_to_its_greatest():
 @pytest.mark.parametrize("name", [name for name in QUANTITIES if FOUND[name] > 0.0])
 def test_a_quantity_outside_is_named_at_either_end(name):
     value = FOUND[name]
-    of = "the layout" if name in ("items", "longest pallet side") else "item 0"
+    of = "the layout" if name == "longest pallet side" else "item 0"
     for ends in ([value * 1.2, 1e6], [0.0, value / 1.2]):
         said = outside(**{name: ends}).outside(LAYOUT)
         assert said.startswith(f"{of}: {name} is {value:g}"), said
@@ -66,11 +65,17 @@ def test_quantities_beyond_a_range_are_those_that_a_sentence_names():
 
 
 def test_the_first_steps_inside_end_before_what_is_outside():
-    assert outside(items=[1.0, 3.0]).steps_inside(LAYOUT) == 3
     assert outside(**{"longest pallet side": [1.0, 60.0]}).steps_inside(LAYOUT) == 0
     assert outside(weight=[0.0, 4.0]).steps_inside(LAYOUT) == 3
     assert outside(**{"heaviest over lightest": [1.0, 2.0]}).steps_inside(LAYOUT) == 3
-    assert outside(weight=[0.0, 4.0], items=[1.0, 2.0]).steps_inside(LAYOUT) == 2
+
+
+def test_no_number_of_items_lies_outside():
+    """Weights of earlier versions state one; it limits nothing."""
+    ranges = outside(items=[1.0, 2.0])
+    assert ranges.outside(LAYOUT) == ""
+    assert ranges.steps_inside(LAYOUT) == 5
+    assert "items" not in ranges.ranges
 
 
 def test_features_that_do_not_depend_on_a_quantity_have_no_range_of_it():

@@ -19,7 +19,6 @@ class LayoutRange:
     """Layouts that a method judges; it refuses all others. Without arguments it is every layout.
 
     Attributes:
-        items: number of items at most.
         pallet_side: least and greatest longest side of the pallet [cm].
         shortest_side: least and greatest shortest side of an item [cm].
         longest_side: least and greatest longest side of an item [cm].
@@ -29,7 +28,6 @@ class LayoutRange:
         overhang: of an item over the edges of a deck at most [cm].
     """
 
-    items: float = math.inf
     pallet_side: tuple[float, float] = _ANY
     shortest_side: tuple[float, float] = _ANY
     longest_side: tuple[float, float] = _ANY
