@@ -26,9 +26,9 @@ QUANTITIES: Mapping[str, str] = {
     "overhang": " cm",
 }
 """Quantities with a range, and their units. The last two are of all items placed by then, and of
-an item over the edges of a deck. Positions lie in the pallet, and need no range. Nor does the number
-of items: a network judges step by step, and no feature of a step is that number. Weights that state
-a range of it are read, and it limits nothing."""
+an item over the edges of a deck. Positions lie in the pallet, and need no range. The number of
+items has none either: a network judges step by step, and no feature of a step is that number.
+Weights that state a range of it are read, and it limits nothing."""
 
 _UNSEEN = ("longest pallet side", "weight")
 """Quantities that features of support do not depend on."""

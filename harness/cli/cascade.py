@@ -7,7 +7,14 @@ from pathlib import Path
 
 from steadyload.cli.terminal import print_table, progress_bar
 from steadyload.config import option, output_option
-from steadyload.tuning.cascade.defaults import BUDGETS, CANDIDATES, CONFIDENCE, ENGINE, OF_STANDS
+from steadyload.tuning.cascade.defaults import (
+    BUDGETS,
+    CANDIDATES,
+    CONFIDENCE,
+    ENGINE,
+    LAST,
+    OF_STANDS,
+)
 
 
 @dataclass(frozen=True)
@@ -31,6 +38,10 @@ class Fit:
         (), "a method that may become a stage, in order; may be repeated (default: "
         f"{', '.join(CANDIDATES)}; for stands {', '.join(OF_STANDS)})",
         names=("--candidate",), metavar="SPEC",
+    )  # fmt: skip
+    last: str = option(
+        "", "the method that decides the steps that no stage decides, on the engine; {engine} "
+        f"stands for its name (default: {LAST})", metavar="SPEC",
     )  # fmt: skip
     benchmark: str | None = option(
         None, "labelled set to fit on, its part fitting or else validation (default: choosing; "
@@ -61,7 +72,7 @@ class Fit:
             check_remakable(provenance())
         common = (
             self.error_budget or BUDGETS, self.confidence, self.candidates, self.benchmark,
-            self.data, self.limit, question,
+            self.data, self.limit, question, self.last,
         )  # fmt: skip
         asked = [FitOptions(engine, *common) for engine in self.engines or (ENGINE,)]
         fitted = {}
@@ -77,7 +88,7 @@ class Fit:
                     (
                         f"cascade@{engine}",
                         f"{budget:g}",
-                        ", ".join(stage.method for stage in ladder.stages) or "-",
+                        ", ".join(map(str, ladder.stages)) or "-",
                         str(ladder.found["lost"]),
                         str(ladder.found["cases"]),
                         "{lost} of {cases}".format(**ladder.found["left_out"]),

@@ -16,6 +16,7 @@ from steadyload.layouts.packing.packing import random_layouts
 from steadyload.methods import registry
 from steadyload.methods.cascade.cascade import Cascade
 from steadyload.methods.cascade.thresholds import (
+    FILE,
     Ladder,
     Stage,
     Thresholds,
@@ -250,6 +251,27 @@ def test_without_an_opinion_of_the_last_there_is_no_verdict(
     assert (verdict.status, verdict.reason, verdict.score) == (status, reason, None)
 
 
+def test_a_stage_of_few_items_is_asked_of_no_later_step(cascade, planted, layouts):
+    layout = max(layouts, key=len)
+    first = planted(lambda layout, step: 0.0, name="first")
+    second = planted(lambda layout, step: 0.0, name="second")
+    asked = cascade(("first", 0.5, None, 2), ("second", 0.5, None))
+    decided = [d.stage for d in asked.decisions(layout)]
+    assert decided == ["first"] * 2 + ["second"] * (len(layout) - 2)
+    assert first.asked == [0, 1]
+    assert second.asked == [*range(2, len(layout))]
+
+
+def test_a_stage_past_its_items_is_not_set_up(cascade, planted, layouts):
+    def never(self, layout, watch):
+        raise AssertionError
+
+    planted(name="never", steps=never)
+    planted(lambda layout, step: float(step == 1), name="sure")
+    asked = cascade(("never", 0.5, None, 0), ("sure", 0.5, 0.5))
+    assert asked.judge(max(layouts, key=len)).failing_step == 1
+
+
 def test_a_timeout_ends_a_cascade(cascade, planted, layouts):
     verdict = cascade(("equilibrium", None, None)).judge(max(layouts, key=len), timeout=1e-9)
     assert verdict.status is Status.TIMEOUT
@@ -307,6 +329,18 @@ def test_thresholds_are_read_as_they_were_written(tmp_path):
     assert list(json.loads(file.read_text())) == ["dart", "mujoco", "checksum"]
 
 
+def test_only_a_stage_of_few_items_states_them(tmp_path):
+    """Ladders without such stages are stored, and are hashed, as they always were."""
+    ladder = Ladder((Stage("fbs", 0.1, None), Stage("lstm_1", None, 0.9, 40)), LAST, {})
+    write_thresholds("dart", Thresholds(1.0, {1.0: ladder}, {}, {}), tmp_path / "t.json")
+    stored = json.loads((tmp_path / "t.json").read_text())["dart"]["budgets"]["1"]["stages"]
+    assert stored == [
+        {"method": "fbs", "low": 0.1, "high": None},
+        {"method": "lstm_1", "low": None, "high": 0.9, "items": 40},
+    ]
+    assert load_thresholds("dart", tmp_path / "t.json").ladders[1.0] == ladder
+
+
 def test_full_bases_have_no_risk_wherever_centres_of_mass_lie(stack):
     layout = stack(0.0, 0.0, 3.0, 3.0)
     with closing(make_method("fbs").steps(layout, Stopwatch())) as judge:
@@ -361,14 +395,45 @@ def test_a_cascade_is_judged_step_by_step(name, cascade):
     assert found.asked > 0
 
 
-def test_the_shipped_thresholds_are_those_of_the_shipped_judges(layouts):
-    shipped = make_method("cascade@mujoco")
+SHIPPED = [key for key in json.loads(FILE.read_text()) if key != "checksum"]
+
+
+@pytest.mark.parametrize("key", SHIPPED)
+def test_the_shipped_thresholds_are_those_of_the_shipped_judges(key, layouts):
+    shipped = make_method(f"cascade@{key}")
     assert isinstance(shipped, Cascade)
     shipped.prepare()
-    assert shipped.ladder.last == LAST
+    assert shipped.ladder.last == f"ps_opt@{key}"
     assert shipped.thresholds.default in shipped.thresholds.ladders
     verdicts = shipped.judge_many(layouts[:4])
     assert all(verdict.status is Status.DONE for verdict in verdicts)
+
+
+@pytest.mark.parametrize("key", SHIPPED)
+def test_a_high_pile_is_judged_by_stages_and_by_the_simulation(key):
+    """Twelve layers of ten boxes, the last one hardly supported; stages judge beyond step 68."""
+    boxes = [
+        Item(10 * y + k, (20.0 * (k % 5), 10.0 * y, 30.0 * (k // 5)), (20.0, 10.0, 30.0), 4.0)
+        for y in range(12)
+        for k in range(10)
+    ]
+    beyond = dataclasses.replace(boxes[-1], position=(95.0, 110.0, 30.0))
+    falling = Layout("falling", Pallet(200.0, 200.0, 100.0), (*boxes[:-1], beyond))
+    method = make_method(f"cascade@{key}")
+    decisions = method.decisions(falling)
+    assert [d.step for d in decisions if d.unstable] == [119]
+    learnt = {spec for spec in method.ladder.methods if spec.startswith("lstm")}
+    assert learnt & {d.stage for d in decisions[69:]}
+
+
+def test_a_ladder_on_rapier_is_refused_when_a_stage_has_changed(tmp_path, layouts):
+    fitted = load_thresholds("rapier")
+    for spec in fitted.ladders[fitted.default].methods:
+        file = tmp_path / "t.json"
+        changed = {**fitted.made_of, spec: "other"}
+        write_thresholds("rapier", dataclasses.replace(fitted, made_of=changed), file)
+        with pytest.raises(ThresholdsError, match=r"another .* cascade fit --engine rapier$"):
+            make_method(f"cascade@rapier:thresholds={file}").judge(layouts[0])
 
 
 def test_every_question_has_thresholds_of_its_own(tmp_path):

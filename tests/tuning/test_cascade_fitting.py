@@ -2,6 +2,7 @@
 
 import dataclasses
 import itertools
+import time
 from contextlib import closing
 
 import numpy as np
@@ -10,10 +11,12 @@ from scipy.stats import binom
 
 from steadyload.cli import main
 from steadyload.layouts.benchmark import CHOOSING, Part
-from steadyload.methods.cascade.thresholds import Stage, write_thresholds
+from steadyload.layouts.model.question import Question
+from steadyload.methods.cascade.thresholds import Stage, load_thresholds, write_thresholds
 from steadyload.methods.contract.method import Stopwatch
 from steadyload.methods.contract.spec import SpecError
 from steadyload.methods.registry import make_method
+from steadyload.methods.tuned import tuned_engines
 from steadyload.statistics.metrics import effective_size
 from steadyload.tuning import TuningError
 from steadyload.tuning.cascade import fitted as fitted_module
@@ -24,6 +27,8 @@ from steadyload.tuning.cascade.fitting import (
     fit,
     independent_cases,
     left_out,
+    size_classes,
+    size_weights,
     upper_bound,
 )
 from steadyload.tuning.cascade.step_scores import StepScores, Table, score_steps
@@ -47,6 +52,7 @@ def three():
         of=np.array([0, 0, 1, 1, 2]),
         fails=np.array([False, True, False, False, True]),
         lists=np.array(["a", "b", "b"], dtype=object),
+        boxes=np.array([3, 2, 30]),
         step_scores={
             "quick": step_scores([0.1, 0.4, 0.3, 0.9, 0.8], cost=1.0, opening=10.0, cases=3),
             "last": step_scores(
@@ -97,6 +103,73 @@ def test_a_part_of_a_table_is_the_table_of_those_cases(three):
     assert own.right.tolist() == whole.right[[0, 2]].tolist()
 
 
+def test_a_stage_of_few_items_decides_and_costs_nothing_beyond_them(three):
+    """As above, but the last method judges the second step of cases 0 and 1."""
+    found = evaluate(three, (Stage("quick", 0.35, 0.85, items=1),), "last")
+    assert found.by.tolist() == [0, 1, 0, 1, 1]
+    assert found.unstable.tolist() == [False, True, False, False, False]
+    assert found.right.tolist() == [True, True, False]
+    assert found.cost.tolist() == [10 + 1 + 100, 10 + 1 + 100, 10 + 1 + 100]
+
+
+def test_few_cases_of_one_size_count_among_the_smaller():
+    boxes = np.repeat([3, 30, 50, 75, 120], [40, 25, 5, 20, 30])
+    found = size_classes(boxes)
+    assert [found[boxes == size].tolist() for size in (3, 30, 50, 75, 120)] == [
+        [0] * 40, [1] * 25, [2] * 5, [2] * 20, [3] * 30,
+    ]  # fmt: skip
+    assert size_classes(np.array([150, 3])).tolist() == [0, 0]
+    assert size_classes(np.repeat([3, 150], [40, 5])).tolist() == [0] * 45
+
+
+def test_the_last_method_alone_costs_one_in_any_mixture_of_sizes(three):
+    assert size_weights(three, "last") @ evaluate(three, (), "last").cost == pytest.approx(1.0)
+
+
+@pytest.fixture
+def sized():
+    """200 small cases of 5 steps, and 40 large ones of 50. The stage knows everything; the cost of
+    its steps is that of the last method at 20 items, and grows faster.
+    """
+    counts = np.repeat([5, 50], [200, 40])
+    of = np.repeat(np.arange(240), counts)
+    fails = np.zeros(len(of), dtype=bool)
+    fails[np.cumsum(counts)[::2] - 1] = True
+    lists = np.array([f"list {k % 40}" for k in range(240)], dtype=object)
+    sure = step_scores(np.where(fails, 0.9, 0.1), cases=240)
+    items = 1.0 + np.arange(len(of)) - np.repeat(np.cumsum(counts) - counts, counts)
+    stage = dataclasses.replace(sure, cost=(items / 20.0) ** 2)
+    last = dataclasses.replace(sure, cost=np.ones(len(of)))
+    return Table(of, fails, lists, counts, {"stage": stage, "last": last})
+
+
+def test_a_stage_is_kept_for_the_steps_where_it_pays(sized):
+    for budget in (0.01, 0.1):
+        found = fit(sized, ("stage",), "last", budget=budget, confidence=0.5, independent=240.0)
+        [stage] = found.stages
+        assert stage.items == 20
+        alone, whole, own = (
+            evaluate(sized, stages, "last").cost[-1]
+            for stages in ((), (dataclasses.replace(stage, items=None),), (stage,))
+        )
+        assert own < alone < whole
+
+
+def test_cheap_large_loads_do_not_hide_what_small_ones_cost(sized):
+    """The stage saves nine tenths of a small load, and decides no later step, at some cost."""
+    early = sized.places < 5
+    stage, last = sized.step_scores["stage"], sized.step_scores["last"]
+    stage = dataclasses.replace(
+        stage, scores=np.where(early, stage.scores, np.nan), cost=np.where(early, 0.1, 0.7)
+    )
+    few = dataclasses.replace(sized, step_scores={"stage": stage, "last": last})
+    alone, found = (evaluate(few, of, "last").cost for of in ((), (Stage("stage", 0.5, 0.5),)))
+    assert found.mean() > alone.mean()
+    weights = size_weights(few, "last")
+    assert weights @ found == pytest.approx((0.1 + (0.5 + 45 * 1.7) / 50) / 2)
+    assert weights @ found < weights @ alone
+
+
 @pytest.mark.parametrize(("lost", "cases"), [(0, 50), (1, 200), (7, 900)])
 @pytest.mark.parametrize("confidence", [0.5, 0.95])
 def test_the_bound_is_the_share_at_which_so_few_losses_are_that_unlikely(lost, cases, confidence):
@@ -134,6 +207,7 @@ def drawn():
         of,
         fails,
         lists,
+        counts,
         {
             "cheap": step_scores(cheap, cost=0.01, opening=0.1, cases=600),
             "idle": step_scores(np.full(len(of), np.nan), cost=0.01, opening=0.1, cases=600),
@@ -287,6 +361,45 @@ def test_wrong_options_say_what_is_allowed(given, message):
         FitOptions(**({"engine": "mujoco"} | given))
 
 
+@pytest.mark.parametrize("engine", tuned_engines())
+@pytest.mark.parametrize("question", Question)
+def test_every_engine_that_a_simulation_was_tuned_for_can_be_fitted(engine, question):
+    options = FitOptions(engine, question=question)
+    last = make_method(options.last)
+    assert last.spec.engine == engine
+    assert last.parameters.question is question
+    assert {make_method(spec).spec.engine for spec in options.candidates} == {None, engine}
+
+
+def test_the_last_method_may_have_parameters_and_is_stored():
+    spec = "ps_opt@{engine}:samples=5"
+    options = FitOptions("rapier", last=spec, candidates=("fbs",), limit=4, budgets=(60.0,))
+    assert options.last == "ps_opt@rapier:samples=5"
+    asked = FitOptions("rapier", last=spec, question=Question.STANDS)
+    assert asked.last == "ps_opt@rapier:samples=5,question=stands"
+    fitted = fit_cascade(options)
+    assert fitted.made_by["last"] == options.last
+    assert [ladder.last for ladder in fitted.ladders.values()] == [options.last]
+    assert options.last in fitted.made_of
+    for wrong, message in (
+        ("ps_opt@mujoco", "last method is ps_opt@mujoco; allowed: one on the engine rapier"),
+        ("sme", "last method is sme; allowed: one on the engine rapier"),
+        ("ps_opt@rapier:question=stands", "allowed: the question within, whose labels count"),
+        ("ps_opd@rapier", "did you mean 'ps_opt'"),
+    ):
+        with pytest.raises((SpecError, TuningError), match=message):
+            FitOptions("rapier", last=wrong)
+
+
+def test_costs_hold_what_an_engine_computes_in_threads_of_its_own(real):
+    """Rapier computes in a thread of its own: the caller's is idle meanwhile."""
+    before = time.thread_time()
+    table = score_steps(["label@rapier"], real[:4])
+    here = time.thread_time() - before
+    scores = table.step_scores["label@rapier"]
+    assert 1e-3 * (scores.cost.sum() + scores.opening.sum()) > here
+
+
 def test_a_two_dimensional_engine_is_fitted_on_the_planar_set():
     real = FitOptions("mujoco", data=("real",))
     assert [source.part for source in real.sources()] == ["fitting", "validation"]
@@ -306,7 +419,8 @@ def test_the_command_fits_and_prints(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(fitted_module, "ELSEWHERE", 2)
     file = tmp_path / "t.json"
     fit_few = ["cascade", "fit", "-o", str(file), "--limit", "4", "--candidate", "equilibrium"]
-    assert main([*fit_few, "--error-budget", "60"]) == 0
+    assert main([*fit_few, "--error-budget", "60", "--last", "ps_opt@{engine}:samples=5"]) == 0
+    assert load_thresholds("mujoco", file).ladders[60.0].last == "ps_opt@mujoco:samples=5"
     printed = capsys.readouterr().out
     assert "cascade@mujoco" in printed
     assert printed.endswith(f"{file}\n")

@@ -153,7 +153,7 @@ class Cascade(Method):
 
     def made_of(self) -> str:
         """See :meth:`Method.made_of`: the ladder, and the hashes of its methods."""
-        ladder = dataclasses.asdict(self.ladder) | {"found": None}
+        ladder = self.ladder.stored() | {"found": None}
         own = [[fingerprint(method), method.made_of()] for method in self.stage_methods]
         return hashlib.sha256(json.dumps([ladder, own]).encode()).hexdigest()
 
@@ -210,7 +210,7 @@ class _LayoutRun:
     ) -> None:
         self._methods, self._layout, self._watch = methods, layout, watch
         self._stages = stages
-        self._scorers: list[StepScorer | None] = []
+        self._scorers: dict[int, StepScorer | None] = {}
 
     def decide(self) -> Iterator[Decision]:
         """A decision a step, up to the first that is not stable."""
@@ -223,6 +223,8 @@ class _LayoutRun:
 
     def _decide(self, step: int) -> Decision:
         for number, stage in enumerate(self._stages):
+            if not stage.scores(step):
+                continue
             scorer = self._scorer(number)
             if scorer is not None:
                 score = scorer.step_score(step)
@@ -236,26 +238,26 @@ class _LayoutRun:
 
     def _scorer(self, number: int) -> StepScorer | None:
         """A stage's scorer of this layout; None where the stage refuses it."""
-        while len(self._scorers) <= number:
-            method = self._methods[len(self._scorers)]
+        if number not in self._scorers:
+            method = self._methods[number]
             try:
-                scorer = method.steps(self._layout, self._watch)
+                self._scorers[number] = method.steps(self._layout, self._watch)
             except RefusedError:
                 if method is self._methods[-1]:
                     raise
-                scorer = None
-            self._scorers.append(scorer)
+                self._scorers[number] = None
         return self._scorers[number]
 
     def finding(self, decision: Decision) -> Finding:
         """The finding of the verdict, after the last decision."""
-        scorers = [scorer for scorer in self._scorers if scorer is not None]
+        opened = dict(sorted(self._scorers.items()))
+        scorers = [scorer for scorer in opened.values() if scorer is not None]
         found = STABLE
         if decision.unstable or math.isnan(decision.step_score):
             by = next(
                 scorer
-                for method, scorer in zip(self._methods, self._scorers, strict=False)
-                if str(method.spec) == decision.stage and scorer is not None
+                for number, scorer in opened.items()
+                if str(self._methods[number].spec) == decision.stage and scorer is not None
             )
             found = _spoken(by.finding(decision.step), decision)
         return dataclasses.replace(
@@ -267,7 +269,7 @@ class _LayoutRun:
 
     def close(self) -> None:
         """Release resources of all stages."""
-        for scorer in self._scorers:
+        for scorer in self._scorers.values():
             if scorer is not None:
                 scorer.close()
 

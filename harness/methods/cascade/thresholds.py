@@ -46,11 +46,22 @@ class Stage:
         method: its spec.
         low: accept threshold: a step with a lower score is stable; None: it accepts no step.
         high: reject threshold: a step with a higher score is unstable; None: it rejects no step.
+        items: it scores the steps alone at which so many items lie at most, the new one among them;
+            None: it scores every step.
     """
 
     method: str
     low: float | None
     high: float | None
+    items: int | None = None
+
+    def __str__(self) -> str:
+        """The method, and the number of items up to which it scores steps."""
+        return self.method if self.items is None else f"{self.method} to {self.items} items"
+
+    def scores(self, step: int) -> bool:
+        """Whether the stage scores a step, which is counted from 0."""
+        return self.items is None or step < self.items
 
     def unstable(self, score: float) -> bool | None:
         """Decision on a step by its step score; None where it is left to the next stage."""
@@ -79,6 +90,15 @@ class Ladder:
     def methods(self) -> tuple[str, ...]:
         """Specs of the methods of all stages."""
         return (*(stage.method for stage in self.stages), self.last)
+
+    def stored(self) -> dict[str, Any]:
+        """The ladder as it is stored: without ``items`` of a stage that scores every step."""
+        stored = asdict(self)
+        stored["stages"] = [
+            {key: value for key, value in stage.items() if (key, value) != ("items", None)}
+            for stage in stored["stages"]
+        ]
+        return stored
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,7 +173,7 @@ def write_thresholds(
     entries = _read(file)
     entries[with_question(engine, question)] = {
         "default": fitted.default,
-        "budgets": {f"{budget:g}": asdict(ladder) for budget, ladder in fitted.ladders.items()},
+        "budgets": {f"{budget:g}": ladder.stored() for budget, ladder in fitted.ladders.items()},
         "made_of": dict(fitted.made_of),
         "made_by": dict(fitted.made_by),
     }

@@ -338,7 +338,7 @@ def _fitted(budget: float, ladder: Ladder) -> Fitted:
     values = {
         "losses": (known.pop("lost"), known.pop("allowed")),
         "budget": general(budget),
-        "stages": names(stage.method for stage in ladder.stages),
+        "stages": names(map(str, ladder.stages)),
         "last": ladder.last,
     }
     return bind(Fitted, known | values, f"thresholds for {budget:g} points")

@@ -5,6 +5,10 @@ from __future__ import annotations
 ENGINE = "mujoco"
 """Engine of the last method."""
 
+SIZES = (20, 40, 60, 90)
+"""Largest numbers of boxes of classes of sizes, which count alike in the cost of a cascade; larger
+loads are a last class. A stage may be kept for the steps of no more items than one of them."""
+
 CANDIDATES = (
     "fbs",
     "equilibrium",

@@ -57,7 +57,7 @@ def evaluate(table: Table, stages: tuple[Stage, ...], last: str) -> CascadeEvalu
         with np.errstate(invalid="ignore"):
             low = np.zeros(count, bool) if stage.low is None else scores < stage.low
             high = np.zeros(count, bool) if stage.high is None else scores > stage.high
-        sure = open_ & (low | high)
+        sure = open_ & (low | high) & _scored(table, stage)
         by[sure], unstable[sure] = number, high[sure] & ~low[sure]
         open_ &= ~sure
     # Without a step score even of the last method there is no verdict, which is never right.
@@ -67,6 +67,13 @@ def evaluate(table: Table, stages: tuple[Stage, ...], last: str) -> CascadeEvalu
     alone, *_ = _read(table, own, none)
     cost = _cost(table, stages, last, by, asked)
     return CascadeEvaluation(by, unstable, asked, right, alone, blamed, cost)
+
+
+def _scored(table: Table, stage: Stage) -> BoolArray:
+    """The steps that a stage scores, whatever was decided before, (N,)."""
+    if stage.items is None:
+        return np.ones(len(table.of), dtype=bool)
+    return np.asarray(table.places < stage.items)
 
 
 def _read(
@@ -87,9 +94,9 @@ def _cost(
 ) -> FloatArray:
     cases = len(table.lists)
     total = np.zeros(cases)
-    for number, spec in enumerate((*(stage.method for stage in stages), last)):
-        step_scores = table.step_scores[spec]
-        here = asked & (by >= number)
+    for number, stage in enumerate((*stages, Stage(last, None, None))):
+        step_scores = table.step_scores[stage.method]
+        here = asked & (by >= number) & _scored(table, stage)
         spent = np.bincount(table.of, np.where(here, step_scores.cost, 0.0), cases)
         opened = np.bincount(table.of, here, cases) > 0
         total += spent + np.where(opened, step_scores.opening, 0.0)

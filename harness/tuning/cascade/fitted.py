@@ -12,10 +12,10 @@ import numpy as np
 from steadyload.engines.registry import engines
 from steadyload.errors import nearest
 from steadyload.layouts.benchmark import Part, load_benchmark
-from steadyload.layouts.model.question import Question, with_question
+from steadyload.layouts.model.question import Question
 from steadyload.methods.cascade.thresholds import Ladder, Stage, Thresholds, fingerprint
-from steadyload.methods.contract.spec import SpecError
-from steadyload.methods.registry import make_method
+from steadyload.methods.contract.spec import SpecError, parse_spec
+from steadyload.methods.registry import each_question, make_method
 from steadyload.progress import Progress, silent
 from steadyload.runs.provenance import provenance
 from steadyload.tuning import TuningError
@@ -50,11 +50,14 @@ class FitOptions:
             of these parts.
         limit: only so many cases a scenario of every set.
         question: whose labels count.
+        last: spec of the method that decides the rest, on the engine; ``{engine}`` stands for its
+            name, and the question is added where the method has one. Empty for :data:`LAST`.
 
     Raises:
         TuningError: no budget, or a number that is out of its range; a set that stands there
-            twice, or is not planar on an engine of two dimensions.
-        SpecError: no such engine, or a candidate that is no method.
+            twice, or is not planar on an engine of two dimensions; a last method that runs on
+            another engine, or that was made for another question.
+        SpecError: no such engine, or a candidate or last method that is none.
     """
 
     engine: str
@@ -65,6 +68,7 @@ class FitOptions:
     data: tuple[str, ...] = ()
     limit: int | None = None
     question: Question = Question.WITHIN
+    last: str = ""
 
     def __post_init__(self) -> None:
         if self.engine not in engines():
@@ -81,15 +85,28 @@ class FitOptions:
         asked = map(self.of_engine, self.candidates or usual)
         named = (str(make_method(spec).spec) for spec in asked)
         object.__setattr__(self, "candidates", tuple(named))
+        object.__setattr__(self, "last", self._last())
 
     def of_engine(self, spec: str) -> str:
         """A spec with the engine's name in its place."""
         return spec.replace("{engine}", self.engine)
 
-    @property
-    def last(self) -> str:
-        """The method that decides the rest."""
-        return with_question(self.of_engine(LAST), self.question)
+    def _last(self) -> str:
+        """The canonical spec of the last method."""
+        spec = parse_spec(self.of_engine(self.last or LAST))
+        if spec.engine != self.engine:
+            raise TuningError(
+                f"last method is {spec}; allowed: one on the engine {self.engine}, which the "
+                "cascade is named by"
+            )
+        stated = dict(spec.values).get("question")
+        if stated not in (None, str(self.question)):
+            raise TuningError(
+                f"last method is {spec}; allowed: the question {self.question}, whose labels count"
+            )
+        if self.question is not Question.WITHIN and self.question in each_question(spec.name):
+            spec = spec.stating("question", self.question)
+        return str(make_method(spec).spec)
 
     def sources(self) -> tuple[CaseSource, ...]:
         """Sources of the cases that thresholds are fitted on."""

@@ -52,18 +52,25 @@ class Table:
         of: the case of every step, (N,), ascending.
         fails: whether the step is the label's failing step, (N,).
         lists: the item list of every case, (M,).
+        boxes: the number of items of every case, also of those without a labelled step, (M,).
         step_scores: by spec.
     """
 
     of: Indices
     fails: BoolArray
     lists: NDArray[np.object_]
+    boxes: Indices
     step_scores: Mapping[str, StepScores]
 
     @property
     def starts(self) -> Indices:
         """The first step of every case, (M,)."""
         return np.searchsorted(self.of, np.arange(len(self.lists)))
+
+    @property
+    def places(self) -> Indices:
+        """The number of every step in its case, from 0, (N,)."""
+        return np.arange(len(self.of)) - self.starts[self.of]
 
     def chosen(self, cases: BoolArray) -> Table:
         """Those cases alone."""
@@ -73,6 +80,7 @@ class Table:
             renumbered[self.of[steps]],
             self.fails[steps],
             self.lists[cases],
+            self.boxes[cases],
             {
                 spec: replace(
                     o, scores=o.scores[steps], cost=o.cost[steps], opening=o.opening[cases]
@@ -104,18 +112,21 @@ def score_steps(
     last = np.cumsum(labelled) - 1
     fails = np.zeros(len(of), dtype=bool)
     fails[last] = [case.safe < len(case.layout) for case in cases]
+    methods = {spec: make_method(spec) for spec in specs}
+    for method in methods.values():  # what is only done once is no cost of a step
+        method.prepare(max(len(case.layout) for case in cases))
+        _of_case(method, cases[0], labelled[0])
     step_scores = {}
-    for done, spec in enumerate(specs):
+    for done, (spec, method) in enumerate(methods.items()):
         progress(done, len(specs))
-        step_scores[spec] = _scored(make_method(spec), cases, labelled)
+        step_scores[spec] = _scored(method, cases, labelled)
     progress(len(specs), len(specs))
     lists = np.array([case.instance for case in cases], dtype=object)
-    return Table(of, fails, lists, step_scores)
+    boxes = np.array([len(case.layout) for case in cases])
+    return Table(of, fails, lists, boxes, step_scores)
 
 
 def _scored(method: Method, cases: Sequence[Case], labelled: Sequence[int]) -> StepScores:
-    method.prepare(max(len(case.layout) for case in cases))
-    _of_case(method, cases[0], labelled[0])  # what is only done once is no cost of a step
     scores, cost, opening = [], [], []
     decision_threshold = math.nan
     for case, count in zip(cases, labelled, strict=True):
@@ -138,6 +149,7 @@ def _of_case(
 ) -> tuple[float, float | None, list[tuple[float, float]]]:
     """CPU seconds before the first step, the decision threshold, and score and CPU seconds by step.
 
+    CPU time is that of the process: an engine may compute in threads of its own, as Rapier does.
     A case that is refused has no threshold, and steps without a score.
     """
     clock = time.process_time
