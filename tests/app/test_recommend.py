@@ -26,6 +26,7 @@ from steadyload.cli import main
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.model.question import Question
 from steadyload.learners.weights import SHIPPED as SHIPPED_WEIGHTS
+from steadyload.methods.cascade.thresholds import FILE
 from steadyload.methods.registry import make_method
 from steadyload.runs.definition import StudyDefinition, load_study
 from steadyload.runs.results import load_results
@@ -494,3 +495,5 @@ def test_what_is_known_of_small_layouts_can_be_measured_again():
     asked = {str(make_method(spec).spec) for spec in study.methods}
     known = [f for f in load_fronts() if f.part == "test"]
     assert {m.method for front in known for m in front.measured} <= asked
+    fitted = set(json.loads(FILE.read_text())) - {"checksum"}
+    assert {f"cascade@{key}" for key in fitted} <= asked
