@@ -374,22 +374,22 @@ def test_every_engine_that_a_simulation_was_tuned_for_can_be_fitted(engine, ques
 
 def test_the_last_method_may_have_parameters_and_is_stored():
     spec = "ps_opt@{engine}:samples=5"
-    options = FitOptions("rapier", last=spec, candidates=("fbs",), limit=4, budgets=(60.0,))
-    assert options.last == "ps_opt@rapier:samples=5"
-    asked = FitOptions("rapier", last=spec, question=Question.STANDS)
-    assert asked.last == "ps_opt@rapier:samples=5,question=stands"
+    options = FitOptions("mujoco", last=spec, candidates=("fbs",), limit=4, budgets=(60.0,))
+    assert options.last == "ps_opt@mujoco:samples=5"
+    asked = FitOptions("mujoco", last=spec, question=Question.STANDS)
+    assert asked.last == "ps_opt@mujoco:samples=5,question=stands"
     fitted = fit_cascade(options)
     assert fitted.made_by["last"] == options.last
     assert [ladder.last for ladder in fitted.ladders.values()] == [options.last]
     assert options.last in fitted.made_of
     for wrong, message in (
-        ("ps_opt@mujoco", "last method is ps_opt@mujoco; allowed: one on the engine rapier"),
-        ("sme", "last method is sme; allowed: one on the engine rapier"),
-        ("ps_opt@rapier:question=stands", "allowed: the question within, whose labels count"),
-        ("ps_opd@rapier", "did you mean 'ps_opt'"),
+        ("ps_opt@bullet", "last method is ps_opt@bullet; allowed: one on the engine mujoco"),
+        ("sme", "last method is sme; allowed: one on the engine mujoco"),
+        ("ps_opt@mujoco:question=stands", "allowed: the question within, whose labels count"),
+        ("ps_opd@mujoco", "did you mean 'ps_opt'"),
     ):
         with pytest.raises((SpecError, TuningError), match=message):
-            FitOptions("rapier", last=wrong)
+            FitOptions("mujoco", last=wrong)
 
 
 def test_costs_are_cpu_time_of_all_threads_of_the_process(real, monkeypatch):
@@ -397,7 +397,7 @@ def test_costs_are_cpu_time_of_all_threads_of_the_process(real, monkeypatch):
     ticks = itertools.count()
     clock = types.SimpleNamespace(process_time=lambda: float(next(ticks)))
     monkeypatch.setattr(scores_module, "time", clock)
-    found = score_steps(["label@rapier"], real[:4]).step_scores["label@rapier"]
+    found = score_steps(["label@mujoco"], real[:4]).step_scores["label@mujoco"]
     assert set(found.cost) == set(found.opening) == {1000.0}
 
 
