@@ -381,7 +381,7 @@ class Screen:
             raise UsageError("--least-items: not allowed without --again")
 
     def run(self) -> None:
-        """Label the missing cases for both questions, those of the test part first."""
+        """Label the missing cases for both questions, those of test and validation first."""
         from steadyload.labelling.screening import label_screened
 
         if self.again is not None:
