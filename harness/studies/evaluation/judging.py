@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import pandas as pd
 
+from steadyload.app.check_defaults import PREFERENCES
 from steadyload.app.recommend.kept import REAL, SMALL, SPATIAL
 from steadyload.engines.registry import EngineNotInstalledError, capabilities, engines_here
 from steadyload.layouts.benchmark.dataset import KEYS, PLANAR, set_named
@@ -88,7 +89,8 @@ def limited_methods() -> tuple[str, ...]:
     """
     specs = (
         "fbs", "sme", "equilibrium", "equilibrium:margin=0.01", "equilibrium:time=0.3", "settling",
-        *(f"{TUNED}@{engine}" for engine in tuned_engines()), "lstm_e", "cascade@mujoco",
+        *(f"{TUNED}@{engine}" for engine in tuned_engines()), "lstm_e",
+        *(one.method for one in PREFERENCES if one.engine and one.question == Question.WITHIN),
     )  # fmt: skip
     return tuple(
         with_question(spec, question)
