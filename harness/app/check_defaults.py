@@ -35,13 +35,21 @@ class Preference:
 
 PREFERENCES = (
     Preference(
-        "stands", "cascade@rapier:question=stands", "rapier", without="slower above 60 boxes"
+        "stands",
+        "cascade@rapier:question=stands",
+        "rapier",
+        without="less often right on labelled loads of 25 to 61 boxes",
     ),
     Preference("stands", "cascade@mujoco:question=stands", "mujoco", without="less accurate"),
     Preference("stands", "settling", most=20),
     Preference("stands", "lstm_e:question=stands", most=62),
     Preference("stands", "settling"),
-    Preference("within", "cascade@rapier", "rapier", without="slower above 60 boxes"),
+    Preference(
+        "within",
+        "cascade@rapier",
+        "rapier",
+        without="less often right on labelled loads of 25 to 61 boxes",
+    ),
     Preference("within", "cascade@mujoco", "mujoco", without="less accurate"),
     Preference("within", "equilibrium:time=0.3"),
 )
