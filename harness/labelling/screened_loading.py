@@ -19,7 +19,8 @@ balance is that narrow, and about steps drawn at random. Where one alone comes t
 rattles in its place in that engine, and the other answers. Both let boxes that tip into a gap move
 further than the reference does, so where both see a step fail it is the reference that says so.
 What it has found to stay within the thresholds is not asked about again while both screens see the
-same items move as far, and no new box touches these or rests on them.
+same items move as far, and either no new box touches these or rests on them, or all three agree on
+how far. Where the reference gives up and both screens say the same, that counts.
 """
 
 from __future__ import annotations
@@ -96,7 +97,7 @@ def share_checked(movement: float) -> float:
     return next((share for most, share in CHECKED_BY_TWO.items() if movement <= most), 1.0)
 
 
-class _Asks(Protocol):
+class Asks(Protocol):
     """When the reference is asked."""
 
     def why(self, step: int, seen: Sequence[StepAnswer], standing: bool) -> str:
@@ -107,6 +108,9 @@ class _Asks(Protocol):
 
     def note(self, step: int, seen: Sequence[StepAnswer], answer: StepAnswer) -> None:
         """Take in what the reference answered."""
+
+    def agree(self, seen: Sequence[StepAnswer], standing: bool) -> bool:
+        """Whether a step can be decided without the reference."""
 
 
 class ScreenedLoading:
@@ -124,7 +128,7 @@ class ScreenedLoading:
         self._reference = self._opens(LABEL)
         seed = [zlib.crc32(layout.name.encode()), zlib.crc32(scenario.encode())]
         drawn = np.random.default_rng(seed).random(len(layout))
-        self._asks: _Asks = _ByOne(drawn) if len(self._screens) == 1 else _ByTwo(drawn, layout)
+        self._asks: Asks = ByOne(drawn) if len(self._screens) == 1 else ByTwo(drawn, layout)
         self._margins = margins(layout, centres=False)
         self._narrow: set[tuple[int, float]] = set()
         self._answers: list[StepAnswer] = []
@@ -177,6 +181,9 @@ class ScreenedLoading:
             self._seen.append((far, np.nan, ""))
             return first
         answer = self._reference.ask(step, standing=standing, patient=narrow)
+        if answer.status is not Status.DONE and self._asks.agree(seen, standing):
+            self._seen.append((far, np.nan, why))
+            return first
         self._seen.append((far, answer.beyond, why))
         if answer.status is Status.DONE:
             self._asks.note(step, seen, answer)
@@ -225,7 +232,7 @@ class ScreenedLoading:
         }
 
 
-class _ByOne:
+class ByOne:
     """One screen.
 
     Args:
@@ -238,7 +245,7 @@ class _ByOne:
         self._agreed: dict[int, list[float]] = {}
 
     def why(self, step: int, seen: Sequence[StepAnswer], standing: bool) -> str:
-        """See :class:`_Asks`."""
+        """See :class:`Asks`."""
         (own,) = seen
         if own.status is not Status.DONE or (standing and own.fails_standing is None):
             return "no end"
@@ -252,14 +259,18 @@ class _ByOne:
         return any(abs(own.beyond - far) < SAME for far in self._agreed.get(own.item, []))
 
     def known(self, step: int, why: str, seen: Sequence[StepAnswer]) -> StepAnswer | None:
-        """See :class:`_Asks`."""
+        """See :class:`Asks`."""
         return None
 
     def note(self, step: int, seen: Sequence[StepAnswer], answer: StepAnswer) -> None:
-        """See :class:`_Asks`."""
+        """See :class:`Asks`."""
         (own,) = seen
         if abs(answer.beyond - own.beyond) < SAME:
             self._agreed.setdefault(own.item, []).append(own.beyond)
+
+    def agree(self, seen: Sequence[StepAnswer], standing: bool) -> bool:
+        """See :class:`Asks`: one screen never decides alone where there is a reason to ask."""
+        return False
 
 
 @dataclass(frozen=True, slots=True)
@@ -271,7 +282,7 @@ class _Stayed:
     answer: StepAnswer
 
 
-class _ByTwo:
+class ByTwo:
     """Two screens.
 
     Args:
@@ -284,14 +295,12 @@ class _ByTwo:
         self._stayed: list[_Stayed] = []
 
     def why(self, step: int, seen: Sequence[StepAnswer], standing: bool) -> str:
-        """See :class:`_Asks`."""
-        ended = [a for a in seen if not (standing and a.fails_standing is None)]
-        if not ended or any(a.status is not Status.DONE for a in seen):
+        """See :class:`Asks`."""
+        if not _ended(seen, standing):
             return "no end"
-        verdicts = {(a.fails_within, bool(a.fails_standing)) for a in seen}
-        if len(verdicts) > 1:
+        if not self.agree(seen, standing):
             return "differ"
-        if any(verdicts.pop()):
+        if any(a.fails_within or a.fails_standing for a in seen):
             return "fails"
         far = max(a.beyond for a in seen)
         if far > NEAR_BY_TWO:
@@ -299,22 +308,34 @@ class _ByTwo:
         return "drawn" if self._drawn[step] < share_checked(far) else ""
 
     def known(self, step: int, why: str, seen: Sequence[StepAnswer]) -> StepAnswer | None:
-        """See :class:`_Asks`."""
+        """See :class:`Asks`."""
         if why not in ("differ", "fails", "near"):
             return None
         for stayed in reversed(self._stayed):
             items = {each.item for each in (*stayed.seen, stayed.answer)}
             fresh = range(stayed.step + 1, step + 1)
-            if all(map(_alike, seen, stayed.seen)) and not any(
-                self._affects[new, item] for new in fresh for item in items
-            ):
+            if not all(map(_alike, seen, stayed.seen)):
+                continue
+            agreed = why == "near" and all(_alike(stayed.answer, each) for each in stayed.seen)
+            if agreed or not any(self._affects[new, item] for new in fresh for item in items):
                 return stayed.answer
         return None
 
     def note(self, step: int, seen: Sequence[StepAnswer], answer: StepAnswer) -> None:
-        """See :class:`_Asks`."""
+        """See :class:`Asks`."""
         if not answer.fails_within and not answer.fails_standing:
             self._stayed.append(_Stayed(step, seen, answer))
+
+    def agree(self, seen: Sequence[StepAnswer], standing: bool) -> bool:
+        """See :class:`Asks`."""
+        verdicts = {(a.fails_within, bool(a.fails_standing)) for a in seen}
+        return _ended(seen, standing) and len(verdicts) == 1
+
+
+def _ended(seen: Sequence[StepAnswer], standing: bool) -> bool:
+    """Whether all came to an end, but that something may still rattle in all but one."""
+    rest = any(not standing or a.fails_standing is not None for a in seen)
+    return rest and all(a.status is Status.DONE for a in seen)
 
 
 def _alike(now: StepAnswer, then: StepAnswer) -> bool:

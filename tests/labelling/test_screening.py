@@ -1,5 +1,6 @@
 """Labels by screening are those of an ordinary labelling, for both questions."""
 
+import dataclasses
 import math
 import shutil
 
@@ -11,14 +12,15 @@ from steadyload.labelling import screened_loading, screening
 from steadyload.labelling.label_rows import LABEL
 from steadyload.labelling.labelling import label_set
 from steadyload.labelling.screened import checked_screening
-from steadyload.labelling.screened_loading import SCREEN, SCREENS, affecting
+from steadyload.labelling.screened_loading import SCREEN, SCREENS, ByTwo, affecting
 from steadyload.labelling.screening import label_again, label_screened, screened_row
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.benchmark import BenchmarkError, load_benchmark
 from steadyload.layouts.benchmark.dataset import KEYS
 from steadyload.layouts.benchmark.tables import CASES, UNLABELLED, read_tables, write_tables
+from steadyload.methods.contract.method import Status
 from steadyload.methods.registry import make_method
-from steadyload.methods.simulation.step_answers import StepAnswers
+from steadyload.methods.simulation.step_answers import StepAnswer, StepAnswers
 
 
 @pytest.fixture(scope="module")
@@ -101,7 +103,7 @@ def leaning(*more: Item) -> Layout:
     return Layout("leaning", Pallet(120.0, 120.0, 120.0), items)
 
 
-def test_a_box_that_came_to_rest_is_asked_about_again_when_something_stands_on_it(monkeypatch):
+def test_the_reference_answers_once_about_a_box_that_came_to_rest(monkeypatch):
     monkeypatch.setattr(screened_loading, "MOST_BY_ONE", 0)
     monkeypatch.setattr(screened_loading, "share_checked", lambda movement: 0.0)
     far = [Item(k, (60.0 + 12.0 * (k % 4), 0.0, 60.0), (10.0, 10.0, 10.0), 2.0) for k in (3, 4, 5)]
@@ -110,10 +112,45 @@ def test_a_box_that_came_to_rest_is_asked_about_again_when_something_stands_on_i
     assert row["failing_step_stands"] is None
     assert 0.7 < row["screen"][2] < 1.0
     assert row["why"][2] == "near"
-    # Boxes that stand elsewhere change nothing; their steps rest on the first answer.
-    assert row["why"][3:6] == ["", "", ""]
+    # Boxes that stand elsewhere change nothing; one on top of it moves further than it does.
+    assert row["why"][3:] == ["", "", "", "near"]
     assert row["screen"][3:6] == pytest.approx([row["screen"][2]] * 3, abs=0.05)
-    assert row["why"][6] != ""
+
+
+def seen(*beyond, item=2, status=Status.DONE):
+    """What screens saw: an item that moved by so much of a threshold."""
+    return [
+        StepAnswer(status, "", far > 1.0, far > 1.0, item, far, 0.0, 0.0, 0.0, 0.0)
+        for far in beyond
+    ]
+
+
+def test_two_screens_that_disagree_are_asked_about_until_nothing_new_touches_the_box():
+    elsewhere = Item(3, (60.0, 0.0, 60.0), (10.0, 10.0, 10.0), 2.0)
+    on_top = Item(4, (10.0, 30.0, 10.0), (10.0, 10.0, 10.0), 0.1)
+    asks = ByTwo(np.ones(5), leaning(elsewhere, on_top))
+    differ, near = seen(0.6, 1.3), seen(0.8, 0.75)
+    assert [asks.why(2, own, True) for own in (differ, near)] == ["differ", "near"]
+    assert asks.known(2, "differ", differ) is None
+    [stays] = seen(0.55)
+    asks.note(2, differ, stays)
+    assert asks.known(3, "differ", seen(0.65, 1.5)) is stays
+    assert asks.known(3, "differ", seen(0.9, 1.5)) is None  # moves further
+    assert asks.known(3, "differ", seen(0.6, 1.3, item=1)) is None  # another item
+    assert asks.known(4, "differ", differ) is None  # a box stands on it
+    assert asks.known(4, "near", near) is None
+    asks.note(3, near, seen(0.8)[0])
+    assert asks.known(4, "near", near) is not None  # all three agreed on how far
+
+
+def test_where_one_screen_alone_comes_to_no_end_the_other_answers():
+    asks = ByTwo(np.ones(3), leaning())
+    restless = dataclasses.replace(seen(0.2)[0], fails_standing=None)
+    assert asks.why(2, [restless, *seen(0.2)], True) == ""
+    assert asks.why(2, [restless, restless], True) == "no end"
+    assert asks.why(2, [restless, restless], False) == ""
+    assert asks.why(2, [restless, *seen(1.2)], True) == "differ"
+    assert asks.why(2, seen(0.2) + seen(0.2, status=Status.DIVERGED), True) == "no end"
 
 
 def test_boxes_that_touch_or_are_carried_can_change_how_one_moves():
