@@ -8,6 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from piles import top_below
 from scipy.optimize import nnls
 from scipy.spatial import ConvexHull
@@ -25,7 +27,10 @@ from steadyload.statics import balance, kernels
 from steadyload.statics.kernels.constants import BALANCED, UNBALANCED
 from steadyload.statics.kernels.contacts import contacts_of
 from steadyload.statics.kernels.convex_hull import strictly_inside_hull
-from steadyload.statics.kernels.least_squares import nonnegative_least_squares
+from steadyload.statics.kernels.least_squares import (
+    least_squares_of_blocks,
+    nonnegative_least_squares,
+)
 from steadyload.statics.resolution import fastest
 
 BATCHED = ("fbs", "pbs0.7", "sme", "equilibrium", "equilibrium:time=0.3")
@@ -256,6 +261,32 @@ def test_least_squares_are_those_of_scipy():
         assert (found >= 0.0).all()
         assert rest == pytest.approx(target - matrix @ found, abs=1e-10)
         assert rest == pytest.approx(target - matrix @ expected, abs=1e-10)
+
+
+@settings(max_examples=200, deadline=None)
+@given(seed=st.integers(0, 10**6), bodies=st.integers(1, 12), count=st.integers(1, 60))
+def test_least_squares_of_blocks_are_those_of_scipy_whatever_is_likely(seed, bodies, count):
+    draw = np.random.default_rng(seed)
+    columns, blocks = draw.normal(size=(count, 2, 3)), np.full((count, 2), -1)
+    matrix = np.zeros((3 * bodies, count))
+    columns[count // 2] = columns[0]
+    for k in range(count):
+        first, second = draw.integers(0, bodies, 2)
+        if k == count // 2 and k > 0:
+            blocks[k] = blocks[0]  # some stand there twice
+        else:
+            blocks[k] = 3 * first, -1 if first == second else 3 * second
+        for b in range(2):
+            if blocks[k, b] >= 0:
+                matrix[blocks[k, b] : blocks[k, b] + 3, k] = columns[k, b]
+    target = draw.normal(size=3 * bodies)
+    likely = np.flatnonzero(draw.random(count) < draw.random())
+    found, rest, ended = least_squares_of_blocks(columns, target, blocks, likely)
+    expected, _ = nnls(matrix, target, maxiter=50 * count)
+    assert ended
+    assert (found >= 0.0).all()
+    assert rest == pytest.approx(target - matrix @ found, abs=1e-10)
+    assert rest == pytest.approx(target - matrix @ expected, abs=1e-9)
 
 
 def test_a_point_is_inside_the_hull_that_qhull_finds():

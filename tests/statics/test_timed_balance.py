@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from vertical_balance import VerticalBalance
 
 from steadyload.engines.world import GRAVITY
@@ -157,3 +159,18 @@ def test_every_step_of_a_heap_is_judged_as_if_nothing_had_been_kept(seed):
             assert shift == pytest.approx(expected.displacement, rel=1e-6, abs=1e-9)
             assert turn == pytest.approx(expected.rotation, rel=1e-6, abs=1e-9)
     assert UNBALANCED in ends
+
+
+@settings(max_examples=25, deadline=None)
+@given(seed=st.integers(0, 10_000), count=st.integers(5, 30))
+def test_forces_found_before_change_no_motion(seed, count):
+    """Searches that begin with the forces found before, against such that begin with none."""
+    layout = heap_on_boxes(seed, count)
+    warm, cold = begun(layout), begun(layout)
+    for step in range(count):
+        cold.corners[:], cold.pushes[:] = False, 0
+        ended, item, *numbers = kernels.timed_balance.place(step, warm, *HOW)
+        expected_end, expected_item, *expected = kernels.timed_balance.place(step, cold, *HOW)
+        assert (ended, item) == (expected_end, expected_item)
+        assert numbers == pytest.approx(expected, rel=1e-6, abs=1e-9)
+        assert (warm.moves == cold.moves).all()

@@ -190,7 +190,8 @@ def balance_after(
     items = joined(step, contacts)
     ended, item = balance_group(
         step, items, contacts, meets, centres, weights, lower, upper, presses, changed,
-        np.zeros_like(moves), np.empty((len(presses), 6)), whole,
+        np.zeros((len(presses), 4), dtype=np.bool_), np.zeros_like(moves),
+        np.empty((len(presses), 6)), whole,
     )  # fmt: skip
     return ended, item, items
 

@@ -91,20 +91,20 @@ def least_forces(bodies: Any, wrenches: Any, mass: Any, sources: Any, pushed: An
             if cluster[max(bodies[k, 0], bodies[k, 1])] == name:
                 column_of[width] = k
                 width += 1
-        columns, target = np.zeros((width, 6 * size)), np.zeros(6 * size)
+        columns, target = np.empty((width, 2, 6)), np.zeros(6 * size)
         blocks = np.full((width, 2), -1, dtype=np.int64)
         for n in range(count):
             if cluster[n] == name:
                 target[row[n] + 1] = np.sqrt(mass[n, 0])
         for at in range(width):
             k = column_of[at]
+            columns[at] = wrenches[k]
             for side in range(2):
                 n = bodies[k, side]
                 if n >= 0:
                     blocks[at, side] = row[n]
-                    columns[at, row[n] : row[n] + 6] = wrenches[k, side]
         likely = np.flatnonzero(pushed[sources[column_of[:width]]])
-        found, left, ended = least_squares_of_blocks(columns, target, blocks, 6, likely)
+        found, left, ended = least_squares_of_blocks(columns, target, blocks, likely)
         if not ended:
             return parts, rest, False
         for at in range(width):

@@ -26,13 +26,13 @@ from steadyload.statics.kernels.constants import (
     UNRESOLVED,
 )
 from steadyload.statics.kernels.contacts import Contacts
-from steadyload.statics.kernels.least_squares import nonnegative_least_squares
+from steadyload.statics.kernels.least_squares import least_squares_of_blocks
 
 
 @compiled
 def balance_group(
     step: int, group: Any, contacts: Contacts, meets: Any, centres: Any, weights: Any, lower: Any,
-    upper: Any, presses: Any, replaced: Any, moves: Any, changed: Any,
+    upper: Any, presses: Any, replaced: Any, corners: Any, moves: Any, changed: Any,
     whole: bool,
 ) -> Any:  # fmt: skip
     """Balance the group of a new item as well as can be.
@@ -48,6 +48,8 @@ def balance_group(
         upper: likewise.
         presses: force [kg] and its moments [kg cm] at every patch before, (P, 3).
         replaced: those of the group are put there, whether they change or not; may be the same.
+        corners: of every patch that pressed when it was solved for last, with which the search
+            begins; replaced, (P, 4).
         moves: which items were out of balance before, which is replaced, (J,).
         changed: room, (P, 6).
         whole: solve for all items of the group, not only where something changes.
@@ -68,10 +70,12 @@ def balance_group(
         free = np.flatnonzero(role == FREE)
         used = patches_of(free, step, contacts, meets, role)
         forces, left, ended = _solved(
-            free, used, contacts.patches, centres, weights, lower, upper, mean, EDGE
+            free, used, contacts.patches, centres, weights, lower, upper, mean, EDGE, corners
         )
         if not ended:
             return UNRESOLVED, -1
+        for n in range(len(used)):
+            corners[used[n, 0]] = forces[n] > 0.0
         loads[:] = 0.0
         for n in range(len(used)):
             _press(used[n, 0], forces[n], contacts, mean, changed)
@@ -122,7 +126,10 @@ def closest_to_balance(
     for item in items:
         mean += weights[item] / len(items)
         heaviest = max(heaviest, weights[item])
-    forces, left, found = _solved(items, used, patches, centres, weights, lower, upper, mean, grow)
+    corners = np.zeros((len(patches), 4), dtype=np.bool_)
+    forces, left, found = _solved(
+        items, used, patches, centres, weights, lower, upper, mean, grow, corners
+    )
     moves = np.zeros(len(weights), dtype=np.bool_)
     ended, item = _judged(items, used, forces, left, patches, centres, weights, lower, upper, mean,
                           heaviest, grow, moves)  # fmt: skip
@@ -172,14 +179,17 @@ def patches_of(free: Any, step: int, contacts: Contacts, meets: Any, role: Any) 
 @compiled
 def _solved(
     free: Any, used: Any, patches: Any, centres: Any, weights: Any, lower: Any, upper: Any,
-    mean: float, grow: float,
+    mean: float, grow: float, corners: Any,
 ) -> Any:  # fmt: skip
     """Forces at the corners of patches (k, 4) that come closest to balance, what is left over of
-    the equations of every item (n, 3), and whether the search ended.
+    the equations of every item (n, 3), and whether the search ended. It begins with the corners
+    named, (P, 4).
     """
     count = len(free)
     row = np.full(len(weights), -1, dtype=np.int64)
-    columns, target = np.zeros((4 * len(used), 3 * count)), np.zeros(3 * count)
+    columns, target = np.zeros((4 * len(used), 2, 3)), np.zeros(3 * count)
+    blocks = np.full((4 * len(used), 2), -1, dtype=np.int64)
+    likely = np.zeros(4 * len(used), dtype=np.bool_)
     for n in range(count):
         row[free[n]] = n
         target[3 * n] = np.sqrt(weights[free[n]] / mean)
@@ -188,16 +198,19 @@ def _solved(
         x0, z0, x1, z1 = patches[used[column // 4, 0]]
         x = x0 - grow if corner < 2 else x1 + grow
         z = z0 - grow if corner % 2 == 0 else z1 + grow
+        likely[column] = corners[used[column // 4, 0], corner]
         for side in range(2):
             felt = used[column // 4, 1 + side]
             n = row[felt] if felt >= 0 else -1
             if n >= 0:
+                blocks[column, side] = 3 * n
                 sign = (1.0 if side == 0 else -1.0) / target[3 * n]
                 across, along = _radii(felt, lower, upper)
-                columns[column, 3 * n] = sign
-                columns[column, 3 * n + 1] = sign * (x - centres[felt, 0]) / across
-                columns[column, 3 * n + 2] = sign * (z - centres[felt, 2]) / along
-    forces, left, ended = nonnegative_least_squares(columns, target)
+                columns[column, side, 0] = sign
+                columns[column, side, 1] = sign * (x - centres[felt, 0]) / across
+                columns[column, side, 2] = sign * (z - centres[felt, 2]) / along
+    likely_ones = np.flatnonzero(likely)
+    forces, left, ended = least_squares_of_blocks(columns, target, blocks, likely_ones)
     return forces.reshape(-1, 4), left, ended
 
 

@@ -47,7 +47,7 @@ class Motion(NamedTuple):
 def motion_of(
     step: int, group: Any, reach: float, friction: float, gravity: float, seconds: float,
     contacts: Contacts, meets: Any, centres: Any, weights: Any, lower: Any, upper: Any,
-    floor: Any, presses: Any, guess: Any, changed: Any,
+    floor: Any, presses: Any, guess: Any, changed: Any, pushes: Any,
 ) -> Motion:  # fmt: skip
     """Follow the items of a group that are out of balance, from rest.
 
@@ -68,6 +68,8 @@ def motion_of(
         presses: vertical forces between items, those in motion left out, (P, 3).
         guess: items that are solved for from the beginning: those out of balance at least, (J,).
         changed: room, (P, 6).
+        pushes: forces between two bodies at the last start, with which the search begins: a bit for
+            every corner and edge of its friction pyramid; replaced, (J + 1, J + 1).
     """
     count = len(weights)
     role, within = np.zeros(count, dtype=np.int64), np.zeros(count, dtype=np.bool_)
@@ -78,10 +80,10 @@ def motion_of(
         within[item] = True
         if guess[item]:
             role[item] = FREE
-    points, known = room_for_points(64 * len(group)), 0
+    points, known, recalled = room_for_points(64 * len(group)), 0, 0
     pushed = np.zeros(4 * len(points.axes), dtype=np.bool_)
     left = seconds
-    for _ in range(EVENTS):
+    for event in range(EVENTS):
         while True:
             for item in group:
                 if role[item] == FREE and not listed[item]:
@@ -93,6 +95,10 @@ def motion_of(
                 before = pushed
                 pushed = np.zeros(4 * len(points.axes), dtype=np.bool_)
                 pushed[: len(before)] = before
+            for source in range(4 * recalled, 4 * known):
+                first, second = points.pairs[source // 4]
+                pushed[source] = (pushes[first, second] >> (source % 16)) & 1 != 0
+            recalled = known
             free = np.flatnonzero(role == FREE)
             place = np.full(count + 1, -1, dtype=np.int64)  # the last is the floor's
             mass, mean = np.empty((len(free), 6)), 0.0
@@ -124,6 +130,12 @@ def motion_of(
         for item in group:
             leans[item] |= role[item] != 0 and role[item] != FREE
         forget(role)
+        if event == 0:
+            for k in range(known):
+                pushes[points.pairs[k, 0], points.pairs[k, 1]] = 0
+            for source in sources[parts > 0.0]:
+                first, second = points.pairs[source // 4]
+                pushes[first, second] |= 1 << (source % 16)
         thin = thin_side(gravity, left)
         drop_rounding(rest, bodies, wrenches, parts, mass, upper[free] - lower[free], thin)
         rates = -gravity * rest / np.sqrt(mass)

@@ -32,6 +32,8 @@ class Loading(NamedTuple):
         contacts: of the whole layout.
         meets: of :func:`~steadyload.statics.kernels.balance.patches_above`.
         presses: vertical forces and their moments at patches, (P, 3).
+        corners: of patches that pressed when forces were solved for last, (P, 4).
+        pushes: of :func:`~steadyload.statics.kernels.motion.motion_of`, (J + 1, J + 1).
         changed, room: for forces and loads at patches, (P, 3) and (P, 6).
         moves: items that vertical forces do not balance, (J,).
         answers: number of the last motion asked for of the item's group, 0 where there is none or
@@ -50,6 +52,8 @@ class Loading(NamedTuple):
     contacts: Contacts
     meets: Any
     presses: Any
+    corners: Any
+    pushes: Any
     changed: Any
     room: Any
     moves: Any
@@ -76,7 +80,8 @@ def begin(lower: Any, upper: Any, weights: Any, offsets: Any, floor: Any) -> Loa
     patches = len(contacts.below)
     return Loading(
         lower, upper, weights, floor, 0.5 * (lower + upper) + offsets, contacts,
-        patches_above(contacts), np.zeros((patches, 3)), np.zeros((patches, 3)),
+        patches_above(contacts), np.zeros((patches, 3)), np.zeros((patches, 4), dtype=np.bool_),
+        np.zeros((count + 1, count + 1), dtype=np.int64), np.zeros((patches, 3)),
         np.zeros((patches, 6)), np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.int64),
         np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.bool_), np.zeros((count, 3, 2)),
         np.zeros(2, dtype=np.int64),
@@ -155,8 +160,8 @@ def moving_group(step: int, loading: Loading) -> Any:
     else:
         ended, _ = balance_group(
             step, group, contacts, loading.meets, loading.centres, loading.weights, loading.lower,
-            loading.upper, loading.presses, loading.presses, loading.moves, loading.room,
-            False,
+            loading.upper, loading.presses, loading.presses, loading.corners, loading.moves,
+            loading.room, False,
         )  # fmt: skip
         if ended != UNBALANCED:
             return ended, False, nobody
@@ -178,7 +183,7 @@ def _moved(
     motion = motion_of(
         step, group, eps_t + turned * np.sqrt(widest), friction, gravity, seconds,
         loading.contacts, loading.meets, centres, loading.weights, lower, upper, loading.floor,
-        loading.presses, loading.moves, loading.room,
+        loading.presses, loading.moves, loading.room, loading.pushes,
     )  # fmt: skip
     loading.counts[_ASKED] += 1
     if not motion.ended:
