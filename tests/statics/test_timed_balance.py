@@ -1,5 +1,7 @@
 """Equilibrium over time in compiled code, against the same model in NumPy for whole groups."""
 
+import math
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -9,7 +11,11 @@ from vertical_balance import VerticalBalance
 from steadyload.engines.world import GRAVITY
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.benchmark import load_benchmark
+from steadyload.layouts.model.batch import LayoutBatch
 from steadyload.methods import make_method
+from steadyload.methods.contract.method import Status, Stopwatch
+from steadyload.methods.contract.spec import SpecError
+from steadyload.methods.session import LoadingSession
 from steadyload.statics import kernels
 from steadyload.statics.kernels.constants import UNBALANCED
 
@@ -174,3 +180,82 @@ def test_forces_found_before_change_no_motion(seed, count):
         assert (ended, item) == (expected_end, expected_item)
         assert numbers == pytest.approx(expected, rel=1e-6, abs=1e-9)
         assert (warm.moves == cold.moves).all()
+
+
+def scores_of(spec, layout):
+    scorer = make_method(spec).steps(layout, Stopwatch())
+    return [scorer.step_score(step) for step in range(len(layout))]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_step_scores_are_those_of_whole_groups(seed):
+    layout = heap_on_boxes(seed)
+    method, balance, disturbed = make_method("equilibrium:time=0.3"), VerticalBalance(layout), False
+    for step, score in enumerate(scores_of("equilibrium:time=0.3", layout)):
+        if balance.place(step) is None:
+            expected = math.nan if disturbed else 0.0
+        else:
+            disturbed = True
+            expected = method.farthest(layout, balance.group(step), step).beyond
+        assert score == pytest.approx(expected, rel=1e-6, abs=1e-9, nan_ok=True), step
+    assert disturbed
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_steps_beyond_the_work_that_is_allowed_have_no_score(seed):
+    layout = heap_on_boxes(seed)
+    free = scores_of("equilibrium:time=0.3", layout)
+    limited = scores_of("equilibrium:time=0.3,work=2000", layout)
+    assert scores_of("equilibrium:time=0.3,work=2000", layout) == pytest.approx(
+        limited, rel=0.0, abs=0.0, nan_ok=True
+    )
+    undecided = [
+        k for k in range(len(layout)) if not math.isnan(free[k]) and math.isnan(limited[k])
+    ]
+    decided = [k for k in range(undecided[0]) if not math.isnan(free[k])]
+    assert [limited[k] for k in decided] == [free[k] for k in decided]
+    assert any(free[k] > 0.0 for k in decided)
+    # Where the work is spent nothing that moves is judged any more.
+    assert all(math.isnan(limited[k]) for k in range(undecided[0], len(layout)))
+
+
+def test_a_verdict_names_the_step_beyond_the_work_that_is_allowed():
+    layout = bridged((20.0, 30.0, 20.0, 10.0, 5.0, 10.0))  # moves at its last two steps
+    allowed = next(
+        work for work in range(200)
+        if make_method(f"equilibrium:time=0.3,work={work}").judge(layout).stable
+    )  # fmt: skip
+    assert allowed > 1
+    method = make_method(f"equilibrium:time=0.3,work={allowed - 1}")
+    verdict = method.judge(layout)
+    assert verdict.status is Status.TIMEOUT
+    assert verdict.failing_step is None
+    assert verdict.reason == f"step 7: motions take more work than work={allowed - 1} allows"
+    assert method.judge_many([layout])[0].reason == verdict.reason
+    batch = method.evaluate(LayoutBatch.of([layout, layout.first(7)]))
+    assert batch.status.tolist() == [Status.TIMEOUT, Status.DONE]
+    assert batch.failing_step.tolist() == [-1, -1]
+    scorer = method.steps(layout, Stopwatch())
+    assert math.isnan([scorer.step_score(step) for step in range(8)][-1])
+    assert scorer.finding(7).reason == verdict.reason
+
+
+@pytest.mark.parametrize("work", [0, 1, 1e9])
+def test_a_session_allows_the_work_that_judging_from_scratch_allows(work):
+    method = make_method(f"equilibrium:time=0.3,work={work:g}")
+    layout = bridged((20.0, 30.0, 20.0, 10.0, 5.0, 10.0))
+    with LoadingSession(layout.pallet, method) as session:
+        for count, item in enumerate(layout.items, start=1):
+            placed, judged = session.try_place(item), method.judge(layout.first(count))
+            assert placed.status is judged.status
+            assert placed.stable == judged.stable
+            assert placed.reason == judged.reason
+            if not placed.stable:
+                break
+    assert (placed.status is Status.TIMEOUT) == (work < 1e9)
+
+
+def test_a_limit_of_work_is_for_motions():
+    for spec in ("equilibrium:work=1", "equilibrium:time=0.3,work=1,sides=friction"):
+        with pytest.raises(SpecError, match="a limit of work is for motions"):
+            make_method(spec)

@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -32,18 +32,19 @@ from steadyload.methods.contract.method import (
     Stopwatch,
 )
 from steadyload.methods.contract.warming import judge_one_item
+from steadyload.methods.equilibrium.steps import BalancedSteps, TimedSteps
 from steadyload.methods.equilibrium.warming import load_balance
 from steadyload.methods.rules.rule_loading import BalancedLoader
 from steadyload.statics import kernels
 from steadyload.statics.balance import VERSION as BALANCE
 from steadyload.statics.balance import VerticalBalance, inset
 from steadyload.statics.friction import Sides, unbalanced_item
-from steadyload.statics.kernels.constants import BALANCED, UNBALANCED, UNRESOLVED
+from steadyload.statics.kernels.constants import BALANCED, UNBALANCED, UNDECIDED, UNRESOLVED
 from steadyload.statics.motion import VERSION as MOTION
 from steadyload.statics.motion import Bodies, displacements_after
 from steadyload.statics.movement import Movement
 from steadyload.statics.resolution import UnresolvedError, fastest, unresolved
-from steadyload.statics.touching import touching_points
+from steadyload.statics.touching import Indices, touching_points
 
 
 class Cones(StrEnum):
@@ -62,7 +63,8 @@ class EquilibriumParameters:
     """Parameters: the forces allowed, and how long an item that lost its balance is followed.
 
     Raises:
-        ValueError: there is a margin with a time, or with forces at sides.
+        ValueError: there is a margin with a time, or with forces at sides; or a limit of work
+            without a time, or with forces at sides.
     """
 
     sides: Sides = quantity(Sides.NONE, "contact forces at side faces that touch")
@@ -80,10 +82,17 @@ class EquilibriumParameters:
     eps_t: float = quantity(10, "with time: displacement that counts as unstable", unit="cm",
                             least=0)  # fmt: skip
     eps_r: float = quantity(10, "with time: angle that counts as unstable", unit="deg", least=0)
+    work: float | None = quantity(
+        None, "with time: most work on motions of a layout, in cubes of the numbers of boxes "
+        "solved for; steps beyond it have no verdict; none: no limit",
+        least=0, most=1e18, later=True,
+    )  # fmt: skip
 
     def __post_init__(self) -> None:
         if self.margin and (self.time is not None or self.sides is not Sides.NONE):
             raise ValueError("a margin is for vertical forces alone: without time and sides")
+        if self.work is not None and (self.time is None or self.sides is not Sides.NONE):
+            raise ValueError("a limit of work is for motions: with a time, and without sides")
 
 
 _AT_ONCE = 32
@@ -121,6 +130,8 @@ class Equilibrium(Method):
     model of the first moments (:mod:`.equilibrium.motion`) says how far that is: pendulums
     between events, stopped by what is in the way. Every step is judged from the planned positions.
     The displacement and the angle in the verdict are that model's, good up to some 20 degrees.
+    ``work`` limits what the motions of a layout may cost, the same on every machine: a loading
+    that comes to a step beyond it has no verdict, with status ``timeout``.
     """
 
     title = "Equilibrium"
@@ -144,7 +155,9 @@ class Equilibrium(Method):
 
     def steps(self, layout: Layout, watch: Stopwatch) -> StepScorer:
         """See :meth:`Method.steps`."""
-        return _BalancedSteps(self, layout)
+        if self._is_timed:
+            return TimedSteps(self, layout, self._loading(layout))
+        return BalancedSteps(self, layout)
 
     @property
     def _is_vertical(self) -> bool:
@@ -167,9 +180,11 @@ class Equilibrium(Method):
         )  # fmt: skip
         if self._is_timed:
             ended, steps, shifts, turns = kernels.timed_balance.first_moved_of_many(
-                *arrays, *self._motion
+                *arrays, self._work, *self._motion
             )
-            found = BatchVerdicts.of_steps(batch, steps, unresolved=ended == UNRESOLVED)
+            late = ended == UNDECIDED
+            found = BatchVerdicts.of_steps(batch, steps, unresolved=late | (ended == UNRESOLVED))
+            found.status[late] = Status.TIMEOUT
             fails = found.failing_step >= 0
             found.displacement[fails], found.rotation[fails] = shifts[fails], turns[fails]
             return found
@@ -186,15 +201,36 @@ class Equilibrium(Method):
         p = self.parameters
         return tuple(map(float, (p.friction, 100.0 * GRAVITY, p.time or 0.0, p.eps_t, p.eps_r)))
 
+    @property
+    def _work(self) -> float:
+        """The most work on the motions of a layout."""
+        return math.inf if self.parameters.work is None else float(self.parameters.work)
+
     def step_counts(self, layout: Layout) -> tuple[int, int, int]:
         """Number of steps judged, and of those whose motion was kept or asked for.
 
         Only for ``time`` without ``sides``.
         """
         timed = kernels.timed_balance
-        loading = timed.begin(*_arrays(layout))
+        loading = self._loading(layout)
         step = timed.first_moved(loading, 0, len(layout), *self._motion)[1]
         return min(step + 1, len(layout)), int(loading.counts[0]), int(loading.counts[1])
+
+    def _loading(self, layout: Arrangement) -> kernels.timed_balance.Loading:
+        """A loading of which nothing is placed yet."""
+        loading = kernels.timed_balance.begin(*_arrays(layout))
+        loading.work[1] = self._work
+        return loading
+
+    def moved(self, step: int, group: Indices, loading: kernels.timed_balance.Loading) -> Any:
+        """The motion of a group: see :func:`.kernels.timed_balance.moved`.
+
+        Args:
+            step: the item placed last.
+            group: of it, of which something is out of balance.
+            loading: with the item.
+        """
+        return kernels.timed_balance.moved(step, group, loading, *self._motion)
 
     def prepare(self, item_count: int = 0) -> None:
         """See :meth:`Method.prepare`: compile."""
@@ -220,9 +256,11 @@ class Equilibrium(Method):
 
     def _judge_motion(self, layout: Arrangement, watch: Stopwatch) -> Finding:
         if len(layout) <= _AT_ONCE:
-            found = kernels.timed_balance.first_moved_of(*_arrays(layout), *self._motion)
+            found = kernels.timed_balance.first_moved_of(
+                *_arrays(layout), self._work, *self._motion
+            )
         else:
-            loading = kernels.timed_balance.begin(*_arrays(layout))
+            loading = self._loading(layout)
             first, at_once = 0, _AT_ONCE
             while first < len(layout):
                 begun = time.thread_time()
@@ -236,6 +274,8 @@ class Equilibrium(Method):
         ended, step, item, displacement, rotation = found
         if ended == BALANCED:
             return STABLE
+        if ended == UNDECIDED:
+            return self.beyond_work(step)
         if ended == UNRESOLVED:
             group = find_supports(layout).joined(step, floor=False)
             why = f"{unresolved(layout.weights[group])}, or no search for them ended"
@@ -246,6 +286,11 @@ class Equilibrium(Method):
         within = f"{self.parameters.time:g} s"
         reason = f"item {item} loses its balance and tips or falls too far in {within}"
         return Finding(step, item, displacement, rotation, reason)
+
+    def beyond_work(self, step: int) -> Finding:
+        """The finding at a step whose motion takes more work than is allowed."""
+        why = f"step {step}: motions take more work than work={self._work:g} allows"
+        return Finding(status=Status.TIMEOUT, reason=why)
 
     def begin(self, layout: GrowingLayout) -> Loader:
         """A loader that passes the new weight down, and solves only where that fails."""
@@ -357,40 +402,3 @@ def _arrays(layout: Arrangement) -> tuple[FloatArray, ...]:
     """The layout as kernels take it."""
     floor = layout.floor.corners
     return layout.lower, layout.upper, layout.weights, layout.mass_offsets, floor
-
-
-class _BalancedSteps(StepScorer):
-    """A step that balances scores 0. One that does not scores 1, or with time how far something
-    gets, in units of its threshold. Where something placed before is out of balance, or sides are
-    needed, a step that balances is no proof that nothing moves: 0.5, or with time no score.
-    """
-
-    def __init__(self, method: Equilibrium, layout: Layout) -> None:
-        self._method, self._layout = method, layout
-        self._balance = VerticalBalance(layout, method.parameters.margin)
-        self._placed = 0
-        self._disturbed = False
-        self._timed = method.parameters.time is not None
-        self._unsure = math.nan if self._timed else 0.5
-        self.decision_threshold = 1.0 if self._timed else 0.5
-
-    def step_score(self, step: int) -> float:
-        item, disturbed = None, self._disturbed
-        try:
-            for placed in range(self._placed, step + 1):
-                disturbed = self._disturbed
-                item = self._balance.place(placed)
-                if self._method.is_near_its_edge(self._layout, placed):
-                    item = placed
-                self._placed = placed + 1
-                self._disturbed = disturbed or item is not None
-            if item is None:
-                return self._unsure if disturbed else 0.0
-            if self._method.braced(self._layout, step, item) is None:
-                return self._unsure
-            if not self._timed:
-                return 1.0
-            group = self._balance.group(step)
-            return self._method.farthest(self._layout, group, step).beyond
-        except RuntimeError:  # the solver's only way to say that it gave up
-            return math.nan

@@ -39,6 +39,9 @@ TIE = 1e-9
 BALANCED, UNBALANCED, UNRESOLVED = 0, 1, 2
 """How a search for balance ended: every item is carried, one is not, or rounding hides which."""
 
+UNDECIDED = 6
+"""How a step ended whose motion takes more work than is allowed."""
+
 STANDS, FAILS = BALANCED, UNBALANCED
 OUTSIDE, OVERLAPS, FULL = 3, 4, 5
 """How a placement on a growing layout ended: as those of balance, or the item cannot be there, or

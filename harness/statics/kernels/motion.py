@@ -29,7 +29,7 @@ class Motion(NamedTuple):
     """Motion of free items.
 
     Attributes:
-        ended: False where a search for forces did not end.
+        ended: False where a search for forces did not end, or more work is not allowed.
         way: of every item: displacement of the centre of mass [cm] and turn [rad], (J, 6).
         role: which items were solved for, (J,).
         leans: items at rest that carried something of free ones, (J,).
@@ -47,7 +47,7 @@ class Motion(NamedTuple):
 def motion_of(
     step: int, group: Any, reach: float, friction: float, gravity: float, seconds: float,
     contacts: Contacts, meets: Any, centres: Any, weights: Any, lower: Any, upper: Any,
-    floor: Any, presses: Any, guess: Any, changed: Any, pushes: Any,
+    floor: Any, presses: Any, guess: Any, changed: Any, pushes: Any, work: Any,
 ) -> Motion:  # fmt: skip
     """Follow the items of a group that are out of balance, from rest.
 
@@ -70,6 +70,8 @@ def motion_of(
         changed: room, (P, 6).
         pushes: forces between two bodies at the last start, with which the search begins: a bit for
             every corner and edge of its friction pyramid; replaced, (J + 1, J + 1).
+        work: taken so far, which is added to, and allowed, (2,): every search for forces takes the
+            cube of the number of free items, as long as it is allowed.
     """
     count = len(weights)
     role, within = np.zeros(count, dtype=np.int64), np.zeros(count, dtype=np.bool_)
@@ -100,6 +102,9 @@ def motion_of(
                 pushed[source] = (pushes[first, second] >> (source % 16)) & 1 != 0
             recalled = known
             free = np.flatnonzero(role == FREE)
+            work[0] += float(len(free)) ** 3
+            if work[0] > work[1]:
+                return Motion(False, way, role, leans, most)
             place = np.full(count + 1, -1, dtype=np.int64)  # the last is the floor's
             mass, mean = np.empty((len(free), 6)), 0.0
             for n in range(len(free)):

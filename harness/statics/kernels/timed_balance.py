@@ -15,7 +15,14 @@ import numpy as np
 
 from steadyload.statics.kernels.balance import joined, passed_down, patches_above
 from steadyload.statics.kernels.compiled import compiled
-from steadyload.statics.kernels.constants import BALANCED, TIE, TOLERANCE, UNBALANCED, UNRESOLVED
+from steadyload.statics.kernels.constants import (
+    BALANCED,
+    TIE,
+    TOLERANCE,
+    UNBALANCED,
+    UNDECIDED,
+    UNRESOLVED,
+)
 from steadyload.statics.kernels.contacts import Contacts, contacts_of
 from steadyload.statics.kernels.local_balance import balance_group
 from steadyload.statics.kernels.motion import motion_of
@@ -41,7 +48,10 @@ class Loading(NamedTuple):
         solved: items that moved then, or were solved for, (J,).
         leans: items at rest that carried something of those, (J,).
         most: how far corners of those came along every axis [cm], (J, 3, 2).
+        beyond: how far something of the item's group got then, in units of its threshold, (J,).
         counts: steps at which the last motion was kept, and at which it was asked for, (2,).
+        work: that motions have taken, see :func:`~steadyload.statics.kernels.motion.motion_of`, and
+            that they may take; the latter may be set, (2,).
     """
 
     lower: Any
@@ -61,7 +71,9 @@ class Loading(NamedTuple):
     solved: Any
     leans: Any
     most: Any
+    beyond: Any
     counts: Any
+    work: Any
 
 
 @compiled
@@ -84,7 +96,7 @@ def begin(lower: Any, upper: Any, weights: Any, offsets: Any, floor: Any) -> Loa
         np.zeros((count + 1, count + 1), dtype=np.int64), np.zeros((patches, 3)),
         np.zeros((patches, 6)), np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.int64),
         np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.bool_), np.zeros((count, 3, 2)),
-        np.zeros(2, dtype=np.int64),
+        np.zeros(count), np.zeros(2, dtype=np.int64), np.array([0.0, np.inf]),
     )  # fmt: skip
 
 
@@ -116,7 +128,7 @@ def place(
     if kept:
         loading.counts[_KEPT] += 1
         return (BALANCED, *nothing)
-    return _moved(step, group, loading, friction, gravity, seconds, eps_t, eps_r)
+    return moved(step, group, loading, friction, gravity, seconds, eps_t, eps_r)
 
 
 @compiled
@@ -169,11 +181,25 @@ def moving_group(step: int, loading: Loading) -> Any:
 
 
 @compiled
-def _moved(
+def moved(
     step: int, group: Any, loading: Loading, friction: float, gravity: float, seconds: float,
     eps_t: float, eps_r: float,
 ) -> Any:  # fmt: skip
-    """Ask for the motion of a group; see :func:`place`."""
+    """Ask for the motion of a group that :func:`moving_group` found.
+
+    Args:
+        step: see :func:`place`, as are the others.
+        group: of the item.
+        loading: see :func:`place`.
+        friction: likewise.
+        gravity: likewise.
+        seconds: likewise.
+        eps_t: likewise.
+        eps_r: likewise.
+
+    Returns:
+        See :func:`place`; ``UNDECIDED`` where it takes more work than is allowed.
+    """
     lower, upper, centres = loading.lower, loading.upper, loading.centres
     # How far a corner can come before its item counts as moved.
     turned = 2.0 * np.sin(0.5 * np.radians(min(eps_r, 180.0)))
@@ -183,11 +209,12 @@ def _moved(
     motion = motion_of(
         step, group, eps_t + turned * np.sqrt(widest), friction, gravity, seconds,
         loading.contacts, loading.meets, centres, loading.weights, lower, upper, loading.floor,
-        loading.presses, loading.moves, loading.room, loading.pushes,
+        loading.presses, loading.moves, loading.room, loading.pushes, loading.work,
     )  # fmt: skip
     loading.counts[_ASKED] += 1
     if not motion.ended:
-        return UNRESOLVED, -1, 0.0, 0.0, 0.0
+        spent, allowed = loading.work
+        return (UNDECIDED if spent > allowed else UNRESOLVED), -1, 0.0, 0.0, 0.0
     worst, shift, turn, most = -1, 0.0, 0.0, -1.0
     answer = loading.answers.max() + 1
     for item in group:  # of items that come equally far the first is named
@@ -204,6 +231,7 @@ def _moved(
         beyond = max(far / max(eps_t, 1e-12), angle / max(eps_r, 1e-12))
         if beyond * (1.0 - TIE) > most:
             worst, shift, turn, most = item, far, min(angle, 180.0), beyond
+    loading.beyond[group] = most
     return UNBALANCED, worst, shift, turn, most
 
 
@@ -276,25 +304,28 @@ def first_moved(
         ended, item, shift, turn, beyond = place(
             step, loading, friction, gravity, seconds, eps_t, eps_r
         )
-        if ended == UNRESOLVED or beyond > 1.0:
+        if ended in (UNRESOLVED, UNDECIDED) or beyond > 1.0:
             return ended, step, item, shift, turn
     return BALANCED, end, -1, 0.0, 0.0
 
 
 @compiled
 def first_moved_of(
-    lower: Any, upper: Any, weights: Any, offsets: Any, floor: Any, friction: float,
+    lower: Any, upper: Any, weights: Any, offsets: Any, floor: Any, work: float, friction: float,
     gravity: float, seconds: float, eps_t: float, eps_r: float,
 ) -> Any:  # fmt: skip
-    """:func:`first_moved` of a whole layout, whose arrays :func:`begin` describes."""
+    """:func:`first_moved` of a whole layout, whose arrays :func:`begin` describes, with no more
+    work on motions than is allowed.
+    """
     loading = begin(lower, upper, weights, offsets, floor)
+    loading.work[1] = work
     return first_moved(loading, 0, len(lower), friction, gravity, seconds, eps_t, eps_r)
 
 
 @compiled
 def first_moved_of_many(
-    lower: Any, upper: Any, weights: Any, offsets: Any, floors: Any, starts: Any, friction: float,
-    gravity: float, seconds: float, eps_t: float, eps_r: float,
+    lower: Any, upper: Any, weights: Any, offsets: Any, floors: Any, starts: Any, work: float,
+    friction: float, gravity: float, seconds: float, eps_t: float, eps_r: float,
 ) -> Any:  # fmt: skip
     """How :func:`first_moved` ended for every layout of a batch, the step, the displacement [cm]
     and the angle [degrees], (L,) each.
@@ -305,7 +336,7 @@ def first_moved_of_many(
     for k in range(count):
         part = slice(starts[k], starts[k + 1])
         ended[k], steps[k], _, shifts[k], turns[k] = first_moved_of(
-            lower[part], upper[part], weights[part], offsets[part], floors[k], friction, gravity,
-            seconds, eps_t, eps_r,
+            lower[part], upper[part], weights[part], offsets[part], floors[k], work, friction,
+            gravity, seconds, eps_t, eps_r,
         )  # fmt: skip
     return ended, steps, shifts, turns

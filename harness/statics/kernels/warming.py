@@ -32,6 +32,8 @@ from steadyload.statics.kernels.timed_balance import (
     first_moved,
     first_moved_of,
     first_moved_of_many,
+    moved,
+    moving_group,
 )
 
 
@@ -59,9 +61,12 @@ def warm_up() -> None:
     used, patches, middles = np.array([[0, 0, FLOOR]]), np.ones((1, 4)), 0.5 * (lower + upper)
     closest_to_balance(np.arange(1), used, patches, middles, weights, lower, upper, 0.0)
     arrays, motion = (lower, upper, weights, offsets), (0.5, 980.0, 0.3, 10.0, 10.0)
-    first_moved(begin(*arrays, floor), 0, 2, *motion)
-    first_moved_of(*arrays, floor, *motion)
-    first_moved_of_many(*arrays, floors, starts, *motion)
+    loading = begin(*arrays, floor)
+    first_moved(loading, 0, 2, *motion)
+    moving_group(1, loading)
+    moved(1, np.arange(2), loading, *motion)
+    first_moved_of(*arrays, floor, np.inf, *motion)
+    first_moved_of_many(*arrays, floors, starts, np.inf, *motion)
     nonnegative_least_squares(np.eye(2), np.ones(2))
     _place_two()
     _hold_one()
