@@ -18,7 +18,7 @@ from steadyload.statics.touching import Indices
 
 
 class Balancing(Protocol):
-    """What scorers take of :class:`~steadyload.methods.equilibrium.equilibrium.Equilibrium`."""
+    """A method whose steps are scored here: equilibrium."""
 
     parameters: Any
 
