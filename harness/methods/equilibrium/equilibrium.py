@@ -83,7 +83,7 @@ class EquilibriumParameters:
                             least=0)  # fmt: skip
     eps_r: float = quantity(10, "with time: angle that counts as unstable", unit="deg", least=0)
     work: float | None = quantity(
-        None, "with time: most work on motions of a layout, in cubes of the numbers of boxes "
+        None, "with time: most work on motions of a layout, in squares of the numbers of boxes "
         "solved for; steps beyond it have no verdict; none: no limit",
         least=0, most=1e18, later=True,
     )  # fmt: skip

@@ -71,7 +71,7 @@ def motion_of(
         pushes: forces between two bodies at the last start, with which the search begins: a bit for
             every corner and edge of its friction pyramid; replaced, (J + 1, J + 1).
         work: taken so far, which is added to, and allowed, (2,): every search for forces takes the
-            cube of the number of free items, as long as it is allowed.
+            square of the number of free items, as long as it is allowed.
     """
     count = len(weights)
     role, within = np.zeros(count, dtype=np.int64), np.zeros(count, dtype=np.bool_)
@@ -102,7 +102,7 @@ def motion_of(
                 pushed[source] = (pushes[first, second] >> (source % 16)) & 1 != 0
             recalled = known
             free = np.flatnonzero(role == FREE)
-            work[0] += float(len(free)) ** 3
+            work[0] += float(len(free)) ** 2
             if work[0] > work[1]:
                 return Motion(False, way, role, leans, most)
             place = np.full(count + 1, -1, dtype=np.int64)  # the last is the floor's
