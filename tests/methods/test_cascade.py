@@ -134,6 +134,19 @@ def test_the_first_step_above_the_decision_threshold_is_the_failing_step_of_the_
                 assert judge.finding(verdict.failing_step).moved_item == verdict.moved_item
 
 
+def test_a_stage_with_hardly_any_work_leaves_all_steps_to_the_last(cascade, layouts):
+    """Stages that accept no step: what they decide is what they see move."""
+    free = cascade(("equilibrium:time=0.3", None, 0.5))
+    assert any(d.stage != LAST for layout in layouts for d in free.decisions(layout))
+    limited, last = cascade(("equilibrium:time=0.3,work=0.5", None, 0.5)), make_method(LAST)
+    for layout in layouts:
+        assert {decision.stage for decision in limited.decisions(layout)} == {LAST}
+        found, expected = limited.judge(layout), last.judge(layout)
+        assert (found.status, found.failing_step) == (expected.status, expected.failing_step)
+        assert found.moved_item == expected.moved_item
+        assert found.displacement == expected.displacement
+
+
 @pytest.mark.parametrize("spec", ["label@mujoco", "label@bullet", "ps_opt@mujoco", "ps_opt@dart"])
 def test_a_simulated_step_hangs_on_no_step_that_was_left_out(spec, layouts):
     method = make_method(spec)
