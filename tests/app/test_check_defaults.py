@@ -24,8 +24,8 @@ from steadyload.methods.session.recording import record_loading
 
 RAPIER, MUJOCO = "cascade@rapier:question=stands", "cascade@mujoco:question=stands"
 INSTEAD = (
-    f"rapier3d is not installed, so loads are judged by {MUJOCO}: less often right on labelled loads of 25 to 61 boxes; "
-    "pip install rapier3d"
+    f"rapier3d is not installed, so loads are judged by {MUJOCO}: less often right on labelled "
+    "loads of 25 to 61 boxes; pip install rapier3d"
 )
 SIZES = (1, 20, 21, 62, 63, 150)
 
