@@ -19,7 +19,7 @@ from steadyload.statistics.metrics import share
 REASONS = {
     "differ": "of two screens one sees something move too far",
     "fails": "the screen sees something move too far",
-    "near": "more than half of the way to that, of two screens 0.7",
+    "near": "more than half of the way to that, of two screens 0.85",
     "narrow": "balance within 1 mm",
     "no end": "the screen comes to no end",
     "drawn": "drawn at random",

@@ -57,7 +57,7 @@ about are those of the first."""
 NEAR = 0.5
 """Multiple of a threshold from which the reference is asked, with one screen."""
 
-NEAR_BY_TWO = 0.7
+NEAR_BY_TWO = 0.85
 """The same with two screens."""
 
 NARROW = 0.1
