@@ -10,6 +10,7 @@ from contextlib import closing
 import numpy as np
 import pytest
 
+from steadyload.atomic import manifest_text
 from steadyload.engines.registry import engines, world_class
 from steadyload.engines.world import EngineNotInstalledError
 from steadyload.layouts import Item, Layout, Pallet
@@ -20,6 +21,7 @@ from steadyload.methods.cascade.cascade import Cascade
 from steadyload.methods.cascade.thresholds import (
     FILE,
     Ladder,
+    Larger,
     Stage,
     Thresholds,
     ThresholdsError,
@@ -287,6 +289,58 @@ def test_a_stage_past_its_items_is_not_set_up(cascade, planted, layouts):
     assert asked.judge(max(layouts, key=len)).failing_step == 1
 
 
+def test_thresholds_of_larger_loads_hold_from_their_number_of_items_on(cascade, planted, layouts):
+    """A score of 0.3 decides nothing to 2 items, then it is stable; above 4 none is scored."""
+    layout = max(layouts, key=len)
+    assert len(layout) > 5
+    scored = planted(lambda layout, step: 0.3)
+    planted(lambda layout, step: 0.0, name="rest")
+    larger = (Larger(2, 0.5, None), Larger(4, None, None))
+    asked = cascade(("planted", 0.2, 0.9, None, larger), ("rest", 0.5, None))
+    decided = [d.stage for d in asked.decisions(layout)]
+    assert decided == ["rest"] * 2 + ["planted"] * 2 + ["rest"] * (len(layout) - 4)
+    assert scored.asked == [0, 1, 2, 3]
+
+
+def test_one_scorer_judges_a_layout_by_all_thresholds_of_a_method(cascade, planted, layouts):
+    opened = []
+
+    def steps(self, layout, watch):
+        opened.append(layout)
+        return _PlantedSteps(self, layout)
+
+    planted(lambda layout, step: 0.1 * step, steps=steps)
+    larger = (Larger(1, 0.5, None), Larger(2, 0.6, None), Larger(3, 0.9, None))
+    asked = cascade(("planted", 0.1, None, 4, larger))
+    layout = max(layouts, key=len)
+    assert [d.stage for d in asked.decisions(layout)][:5] == ["planted"] * 4 + [LAST]
+    assert opened == [layout]
+
+
+def test_a_stage_says_at_which_numbers_of_items_its_thresholds_change():
+    nothing, low, other = (None, None), (0.1, 0.9), (0.3, None)
+    for stage, said in (
+        (Stage("fbs", *low), "fbs"),
+        (Stage("fbs", *low, 40), "fbs to 40 items"),
+        (Stage("fbs", *nothing, None, (Larger(60, *low),)), "fbs above 60 items"),
+        (Stage("fbs", *nothing, 90, (Larger(60, *low),)), "fbs from 61 to 90 items"),
+        (
+            Stage("fbs", *low, 90, (Larger(20, *other), Larger(60, *low))),
+            "fbs to 90 items (other thresholds above 20 and 60 items)",
+        ),
+    ):
+        assert str(stage) == said
+
+
+@pytest.mark.parametrize(
+    ("items", "above"), [(None, (0,)), (None, (40, 20)), (None, (20, 20)), (40, (20, 40))]
+)
+def test_numbers_of_items_of_a_stage_ascend(items, above, tmp_path):
+    larger = tuple(Larger(each, 0.1, None) for each in above)
+    with pytest.raises(ValueError, match=r"numbers of items of fbs: .* do not ascend"):
+        Stage("fbs", 0.1, None, items, larger)
+
+
 def test_a_timeout_ends_a_cascade(cascade, planted, layouts):
     verdict = cascade(("equilibrium", None, None)).judge(max(layouts, key=len), timeout=1e-9)
     assert verdict.status is Status.TIMEOUT
@@ -303,6 +357,11 @@ def test_other_thresholds_are_another_method(cascade):
     one = cascade(("lstm_1", 0.1, 0.9)).made_of()
     assert one == cascade(("lstm_1", 0.1, 0.9)).made_of()
     assert one != cascade(("lstm_1", 0.1, 0.8)).made_of()
+    sized = cascade(("lstm_1", 0.1, 0.9, None, (Larger(60, 0.3, 0.9),))).made_of()
+    assert sized not in (
+        one,
+        cascade(("lstm_1", 0.1, 0.9, None, (Larger(60, 0.2, 0.9),))).made_of(),
+    )
 
 
 def test_a_fingerprint_tells_parameters_and_weights(tmp_path, monkeypatch):
@@ -344,16 +403,38 @@ def test_thresholds_are_read_as_they_were_written(tmp_path):
     assert list(json.loads(file.read_text())) == ["dart", "mujoco", "checksum"]
 
 
-def test_only_a_stage_of_few_items_states_them(tmp_path):
+def test_only_a_stage_of_few_items_or_of_thresholds_by_size_states_them(tmp_path):
     """Ladders without such stages are stored, and are hashed, as they always were."""
-    ladder = Ladder((Stage("fbs", 0.1, None), Stage("lstm_1", None, 0.9, 40)), LAST, {})
+    sized = Stage("lstm_e", 0.02, None, None, (Larger(60, 0.3, 0.9), Larger(90, None, 0.8)))
+    ladder = Ladder((Stage("fbs", 0.1, None), Stage("lstm_1", None, 0.9, 40), sized), LAST, {})
     write_thresholds("dart", Thresholds(1.0, {1.0: ladder}, {}, {}), tmp_path / "t.json")
     stored = json.loads((tmp_path / "t.json").read_text())["dart"]["budgets"]["1"]["stages"]
     assert stored == [
         {"method": "fbs", "low": 0.1, "high": None},
         {"method": "lstm_1", "low": None, "high": 0.9, "items": 40},
+        {
+            "method": "lstm_e",
+            "low": 0.02,
+            "high": None,
+            "larger": [
+                {"above": 60, "low": 0.3, "high": 0.9},
+                {"above": 90, "low": None, "high": 0.8},
+            ],
+        },
     ]
     assert load_thresholds("dart", tmp_path / "t.json").ladders[1.0] == ladder
+
+
+def test_a_file_whose_numbers_of_items_do_not_ascend_holds_no_thresholds(tmp_path):
+    ladder = Ladder((Stage("fbs", 0.1, None, None, (Larger(60, 0.3, None),)),), LAST, {})
+    file = tmp_path / "t.json"
+    write_thresholds("dart", Thresholds(1.0, {1.0: ladder}, {}, {}), file)
+    entries = json.loads(file.read_text())
+    del entries["checksum"]
+    entries["dart"]["budgets"]["1"]["stages"][0]["larger"][0]["above"] = 0
+    file.write_text(manifest_text(entries))
+    with pytest.raises(ThresholdsError, match="holds no thresholds for dart"):
+        load_thresholds("dart", file)
 
 
 def test_full_bases_have_no_risk_wherever_centres_of_mass_lie(stack):

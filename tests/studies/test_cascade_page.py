@@ -11,6 +11,7 @@ import pytest
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.methods.cascade.thresholds import (
     Ladder,
+    Larger,
     Stage,
     Thresholds,
     ThresholdsError,
@@ -28,7 +29,8 @@ from steadyload.tuning import TuningError
 
 FOUND = {
     "cases": 900, "item_lists": 6, "independent": 450.0, "allowed": 3, "lost": 2, "gained": 1,
-    "bound": 0.004, "sure_bound": 0.0123, "left_out": {"lost": 5, "cases": 900}, "accuracy": 0.98,
+    "bound": 0.004, "sure_bound": 0.0123, "left_out": {"lost": 5, "cases": 900},
+    "left_out_by_size": [{"above": 20, "lost": 5, "cases": 900}], "accuracy": 0.98,
     "alone": 0.981, "milliseconds": 1.0, "milliseconds_alone": 2.5,
     "decided": [{"method": "equilibrium", "steps": 10, "wrong": 0, "lost": 0}],
     "elsewhere": [
@@ -43,7 +45,7 @@ LAST = "simulation@mujoco:t_max=0.1,frequency=60,between_steps=reseat"
 def study(tmp_path_factory):
     """On eighteen cases, with thresholds that are made up."""
     folder = tmp_path_factory.mktemp("cascade")
-    stages = (Stage("equilibrium", 0.7, None),)
+    stages = (Stage("equilibrium", 0.7, None, None, (Larger(4, 0.6, None),)),)
     made_of = {s: fingerprint(make_method(s)) for s in ("equilibrium", LAST)}
     made_by = {"confidence": 0.5, "git": "0123456789ab", "code": "c", "cases": "d", "data": []}
     ladders = {0.5: Ladder(stages, LAST, FOUND), 2.0: Ladder((), LAST, FOUND)}
@@ -61,12 +63,13 @@ def found_in(folder):
 
 def test_shares_of_stages_add_up_and_tell_who_was_right(study):
     record, _ = study
-    assert [s.stage for s in record.stages] == ["Equilibrium", record.best.title]
+    titles = ["Equilibrium", "Equilibrium above 4 items", record.best.title]
+    assert [s.stage for s in record.stages] == titles
     assert sum(s.steps.value for s in record.stages) == pytest.approx(1.0)
     assert sum(s.layouts.value for s in record.stages) == pytest.approx(1.0)
     right = sum(s.layouts.value * s.layouts_right.value for s in record.stages)
     assert right == pytest.approx(record.cascade.accuracy.value)
-    assert (record.stages[0].low, record.stages[0].high) == (0.7, None)
+    assert [(s.low, s.high) for s in record.stages] == [(0.7, None), (0.6, None), (None, None)]
 
 
 def test_decisions_are_those_of_the_cascade(study):
@@ -74,13 +77,15 @@ def test_decisions_are_those_of_the_cascade(study):
     record, folder = study
     cascade = make_method(f"cascade@mujoco:thresholds={folder / 't.json'}")
     benchmark = load_benchmark()
-    stages, right = [], []
+    stages, right, above = [], [], []
     for case in benchmark.select("validation", limit=6).itertuples():
         decisions = cascade.decisions(benchmark.layout(case.layout, case.scenario))
         stages.append([own.stage for own in decisions])
+        above += [own.stage == "equilibrium" and own.step >= 4 for own in decisions]
         label = math.inf if case.failing_step is pd.NA else case.failing_step
         right += [own.unstable == (own.step == label) for own in decisions if own.step <= label]
-    assert record.stages[1].layouts.value == pytest.approx(np.mean([LAST in s for s in stages]))
+    assert record.stages[1].steps.value == pytest.approx(np.mean(above)) != 0.0
+    assert record.stages[-1].layouts.value == pytest.approx(np.mean([LAST in s for s in stages]))
     # Of some an earlier stage decided the last step.
     assert any(LAST in own[:-1] and own[-1] != LAST for own in stages)
     shares = [(own.right.value, own.right.n) for own in record.stages]
@@ -118,13 +123,15 @@ def test_an_interrupted_study_goes_on(study):
 def test_thresholds_are_as_their_file_describes_them(study):
     record, _ = study
     first, second = record.ladders
-    assert (first.budget, first.stages, second.stages) == ("0.5", "equilibrium", "-")
+    assert (first.budget, second.stages) == ("0.5", "-")
+    assert first.stages == "equilibrium (other thresholds above 4 items)"
     assert (first.last, first.cases, first.independent) == (LAST, 900, 450.0)
     assert (first.losses, first.gained, first.left_out) == ((2, 3), 1, FOUND["left_out"])
     assert (first.bound, first.sure_bound) == (0.004, 0.0123)
     assert (first.accuracy, first.alone) == (0.98, 0.981)
     assert [(row.method, row.steps, row.lost) for row in first.decided] == [("equilibrium", 10, 0)]
     assert first.elsewhere[0].decided == 2872
+    assert [(row.above, row.lost, row.cases) for row in first.left_out_by_size] == [(20, 5, 900)]
 
 
 def test_what_made_thresholds_is_told(study):
@@ -146,7 +153,7 @@ def test_the_page_shows_what_was_found(study, assert_shown):
         ],
         tables=[
             *(record.aims, [own, *record.others], record.stages, record.swept, record.ladders),
-            *(first.decided, first.elsewhere),
+            *(first.left_out_by_size, first.decided, first.elsewhere),
         ],
         charts=["cascade-sweep"],
     )

@@ -12,7 +12,7 @@ from scipy.stats import binom
 from steadyload.cli import main
 from steadyload.layouts.benchmark import CHOOSING, Part
 from steadyload.layouts.model.question import Question
-from steadyload.methods.cascade.thresholds import Stage, load_thresholds, write_thresholds
+from steadyload.methods.cascade.thresholds import Larger, Stage, load_thresholds, write_thresholds
 from steadyload.methods.contract.method import Stopwatch
 from steadyload.methods.contract.spec import SpecError
 from steadyload.methods.registry import make_method
@@ -20,6 +20,7 @@ from steadyload.methods.tuned import tuned_engines
 from steadyload.statistics.metrics import effective_size
 from steadyload.tuning import TuningError
 from steadyload.tuning.cascade import fitted as fitted_module
+from steadyload.tuning.cascade import fitting as fitting_module
 from steadyload.tuning.cascade import step_scores as scores_module
 from steadyload.tuning.cascade.evaluation import evaluate
 from steadyload.tuning.cascade.fitted import FitOptions, check_remakable, fit_cascade
@@ -30,6 +31,7 @@ from steadyload.tuning.cascade.fitting import (
     left_out,
     size_classes,
     size_weights,
+    threshold_classes,
     upper_bound,
 )
 from steadyload.tuning.cascade.step_scores import StepScores, Table, score_steps
@@ -113,6 +115,17 @@ def test_a_stage_of_few_items_decides_and_costs_nothing_beyond_them(three):
     assert found.cost.tolist() == [10 + 1 + 100, 10 + 1 + 100, 10 + 1 + 100]
 
 
+def test_thresholds_of_larger_loads_hold_for_their_steps(three):
+    """Of case 1, the second step is stable by them; of case 0, it is left to the last method."""
+    for above in (Larger(1, 0.95, None), Larger(1, None, None)):
+        stage = Stage("quick", 0.35, 0.85, None, (above,))
+        found = evaluate(three, (stage,), "last")
+        decided = above.low is not None
+        assert found.by.tolist() == [0, int(not decided), 0, int(not decided), 1]
+        assert found.unstable.tolist() == [False, not decided, False, False, False]
+        assert found.cost[0] == 10 + 1 + (1 if decided else 100)
+
+
 def test_few_cases_of_one_size_count_among_the_smaller():
     boxes = np.repeat([3, 30, 50, 75, 120], [40, 25, 5, 20, 30])
     found = size_classes(boxes)
@@ -169,6 +182,100 @@ def test_cheap_large_loads_do_not_hide_what_small_ones_cost(sized):
     weights = size_weights(few, "last")
     assert weights @ found == pytest.approx((0.1 + (0.5 + 45 * 1.7) / 50) / 2)
     assert weights @ found < weights @ alone
+
+
+@pytest.fixture
+def lenient():
+    """200 cases of 10 boxes and 60 of 100, half failing at the last step. Of the small ones, the
+    quick method gives a stable step up to 0.35 and a failing one from 0.2 to 0.3; of large ones
+    0.4 and 0.9, but 0.1 at the first 20 steps.
+    """
+    counts = np.repeat([10, 100], [200, 60])
+    of = np.repeat(np.arange(260), counts)
+    fails = np.zeros(len(of), dtype=bool)
+    fails[np.cumsum(counts)[::2] - 1] = True
+    lists = np.array([f"list {k % 26}" for k in range(260)], dtype=object)
+    random = np.random.default_rng(3)
+    small = np.where(fails, random.uniform(0.2, 0.3, len(of)), random.uniform(0.0, 0.35, len(of)))
+    large = np.where(fails, 0.9, 0.4)
+    items = 1 + np.arange(len(of)) - np.repeat(np.cumsum(counts) - counts, counts)
+    quick = np.where(counts[of] == 10, small, np.where(items <= 20, 0.1, large))
+    table = {
+        "quick": step_scores(quick, cost=0.01, cases=260),
+        "last": step_scores(np.where(fails, 0.9, 0.1), cost=10.0, cases=260),
+    }
+    return Table(of, fails, lists, counts, table)
+
+
+def test_thresholds_by_size_save_what_one_pair_for_all_sizes_cannot(lenient):
+    """The bold threshold of large loads would lose every failing small one."""
+    fitted = {
+        by_size: fit(
+            lenient, ("quick",), "last",
+            budget=0.01, confidence=0.5, independent=260.0, by_size=by_size,
+        )
+        for by_size in (False, True)
+    }  # fmt: skip
+    [one], [sized] = fitted[False].stages, fitted[True].stages
+    assert len({(each.low, each.high) for each in one.ranges} - {(None, None)}) == 1
+    assert [each.above for each in sized.larger] == [90]
+    assert one.ranges[-1].low < 0.3 < sized.larger[-1].low == 0.5
+    for found in fitted.values():
+        assert found.evaluation.lost.sum() <= found.most
+    costs = [fitted[by_size].evaluation.cost[-60:].mean() for by_size in (False, True)]
+    assert costs[1] < 0.9 * costs[0]
+    out = left_out(lenient, fitted[True], budget=0.01, confidence=0.5)
+    assert out.judged.all()
+    assert out.lost[-60:].sum() == 0
+
+
+@pytest.mark.parametrize("budget", [0.005, 0.01])
+def test_losses_of_all_sizes_together_keep_to_one_budget(budget, drawn, monkeypatch):
+    """With sizes of a few items; dearer ladders are those of one pair of thresholds."""
+    monkeypatch.setattr(fitting_module, "SIZES", (2, 4, 6))
+    assert threshold_classes(drawn, "last") == (0, 2, 4, 6)
+    weights = size_weights(drawn, "last")
+    one, sized = (
+        fit(
+            drawn, ("cheap",), "last",
+            budget=budget, confidence=0.5, independent=500.0, by_size=by_size,
+        )
+        for by_size in (False, True)
+    )  # fmt: skip
+    assert sized.stages[0].larger
+    assert sized.evaluation.lost.sum() <= sized.most == one.most
+    assert sized.bound(0.5) <= budget
+    assert weights @ sized.evaluation.cost < weights @ one.evaluation.cost
+
+
+def test_a_size_with_few_failing_steps_has_the_thresholds_of_the_next_smaller(lenient):
+    """Of 30 failing steps above 90 items, ten are kept at first, and then those of five lists."""
+    assert threshold_classes(lenient, "last") == (0, 90)
+    large = lenient.boxes == 100
+    assert threshold_classes(lenient.chosen(~large | (np.arange(260) < 220)), "last") == (0,)
+    few = dataclasses.replace(lenient, lists=np.where(large, "one list", lenient.lists))
+    assert threshold_classes(few, "last") == (0,)
+    # What the last method gets wrong is no evidence against a threshold.
+    wrong = dataclasses.replace(lenient, step_scores=dict(lenient.step_scores))
+    wrong.step_scores["last"] = step_scores(np.full(len(lenient.of), 0.1), cost=10.0, cases=260)
+    assert threshold_classes(wrong, "last") == (0,)
+    [stage] = fit(
+        few, ("quick",), "last", budget=0.01, confidence=0.5, independent=260.0
+    ).stages  # fmt: skip
+    assert stage.ranges[-1].low < 0.3
+
+
+def test_a_stage_is_kept_for_large_loads_where_it_pays_there_alone(sized):
+    """Its first steps cost what ten steps of the last method do."""
+    stage = sized.step_scores["stage"]
+    cost = np.where(sized.places < 20, 10.0, 0.1)
+    late = dataclasses.replace(
+        sized, step_scores=sized.step_scores | {"stage": dataclasses.replace(stage, cost=cost)}
+    )
+    [found] = fit(late, ("stage",), "last", budget=0.1, confidence=0.5, independent=240.0).stages
+    assert not any(found.scores(step) for step in range(20))
+    assert all(found.scores(step) for step in range(20, 60))
+    assert str(found) == "stage above 20 items"
 
 
 @pytest.mark.parametrize(("lost", "cases"), [(0, 50), (1, 200), (7, 900)])
@@ -278,10 +385,19 @@ def test_cases_that_go_wrong_together_count_for_less(drawn):
 def test_lists_that_were_left_out_lose_more_than_those_fitted_on(drawn):
     independent = independent_cases(drawn, CANDIDATES, "last")
     found = fit(drawn, CANDIDATES, "last", budget=0.02, confidence=0.5, independent=independent)
-    lost, cases = left_out(drawn, found, budget=0.02, confidence=0.5)
-    assert cases == 600
-    assert lost > found.evaluation.lost.sum()
-    assert lost < 0.1 * cases
+    out = left_out(drawn, found, budget=0.02, confidence=0.5)
+    assert out.judged.all()
+    assert found.evaluation.lost.sum() < out.lost.sum() < 60
+
+
+def test_lists_that_were_left_out_are_counted_by_number_of_boxes(lenient):
+    """All that fail of 200 small loads, one of which does not count, and none of 60 large ones."""
+    fails = lenient.fails & (lenient.boxes == 10)[lenient.of]
+    out = fitted_module.LeftOut(np.bincount(lenient.of, fails) > 0, np.arange(260) != 7)
+    assert fitted_module._by_size(lenient, out) == [
+        {"above": 0, "lost": 100 - int(out.lost[7]), "cases": 199},
+        {"above": 90, "lost": 0, "cases": 60},
+    ]
 
 
 @pytest.fixture(scope="module")
@@ -329,6 +445,8 @@ def test_a_fitted_cascade_comes_to_what_its_table_says(fitted, real, tmp_path):
         )
         assert found["lost"] <= found["allowed"]
         assert sum(stage["lost"] for stage in found["decided"]) == found["lost"]
+        [all_small] = found["left_out_by_size"]
+        assert all_small == {"above": 0, **found["left_out"]}
     assert fitted.default == 60.0
 
 

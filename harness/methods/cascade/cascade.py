@@ -228,7 +228,7 @@ class _LayoutRun:
             scorer = self._scorer(number)
             if scorer is not None:
                 score = scorer.step_score(step)
-                unstable = stage.unstable(score)
+                unstable = stage.unstable(step, score)
                 if unstable is not None:
                     return Decision(step, stage.method, score, unstable)
         last = self._scorer(len(self._stages))

@@ -2,13 +2,18 @@
 
 ``{engine: {"default": budget, "budgets": {budget: {"stages": ..., "last": ..., "found": ...}},
 "made_of": ..., "made_by": ...}}``; for another question than that of the label the key is
-``ENGINE:question=...``. ``steadyload cascade fit`` writes it.
+``ENGINE:question=...``. A stage is ``{"method": ..., "low": ..., "high": ...}``; it has
+``"items": 60`` where it scores the steps of few items alone, and ``"larger": [{"above": 40, "low":
+..., "high": ...}, ...]`` where thresholds depend on the number of items. ``steadyload cascade fit``
+writes it.
 """
 
 from __future__ import annotations
 
 import hashlib
+import itertools
 import json
+from bisect import bisect_right
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -33,9 +38,26 @@ FILE = own_file("steadyload.methods", "cascades.json")
 _LONGEST = 200
 """Characters of names from a file in a message."""
 
+_UNSTATED = (("items", None), ("larger", ()))
+"""What a stage does not store."""
+
 
 class ThresholdsError(SpecError):
     """No thresholds for what is requested, or ones fitted with other methods than there are now."""
+
+
+@dataclass(frozen=True, slots=True)
+class Larger:
+    """Thresholds of a stage for the steps at which more items lie than a given number.
+
+    Attributes:
+        above: that number; the new item is among those that lie.
+        low, high: as of a :class:`Stage`; None for both: these steps are not scored.
+    """
+
+    above: int
+    low: float | None
+    high: float | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,28 +70,70 @@ class Stage:
         high: reject threshold: a step with a higher score is unstable; None: it rejects no step.
         items: it scores the steps alone at which so many items lie at most, the new one among them;
             None: it scores every step.
+        larger: other thresholds for the steps of larger loads, each up to the next one, by
+            ascending numbers of items.
+
+    Raises:
+        ValueError: numbers of items do not ascend from 1, up to ``items``.
     """
 
     method: str
     low: float | None
     high: float | None
     items: int | None = None
+    larger: tuple[Larger, ...] = ()
+
+    def __post_init__(self) -> None:
+        numbers = [0, *(each.above for each in self.larger)]
+        if self.larger and self.items is not None:
+            numbers.append(self.items)
+        if any(later <= earlier for earlier, later in itertools.pairwise(numbers)):
+            raise ValueError(f"numbers of items of {self.method}: {numbers[1:]} do not ascend")
 
     def __str__(self) -> str:
-        """The method, and the number of items up to which it scores steps."""
-        return self.method if self.items is None else f"{self.method} to {self.items} items"
+        """The method, the numbers of items of the steps that it scores, and where thresholds
+        change.
+        """
+        scored = [each for each in self.ranges if (each.low, each.high) != (None, None)]
+        first = scored[0].above if scored else 0
+        name = f"{self.method}{_between(first, self.items)}"
+        changes = [str(each.above) for each in self.larger if each.above > first]
+        if not changes:
+            return name
+        return f"{name} (other thresholds above {' and '.join(changes)} items)"
+
+    @property
+    def ranges(self) -> tuple[Larger, ...]:
+        """The thresholds of every range of numbers of items, the first one from 1 item on."""
+        return (Larger(0, self.low, self.high), *self.larger)
+
+    def range_of(self, step: int) -> int:
+        """The number, among :attr:`ranges`, of the one of a step, which is counted from 0."""
+        return bisect_right(self.larger, step, key=lambda each: each.above)
 
     def scores(self, step: int) -> bool:
-        """Whether the stage scores a step, which is counted from 0."""
-        return self.items is None or step < self.items
-
-    def unstable(self, score: float) -> bool | None:
-        """Decision on a step by its step score; None where it is left to the next stage."""
-        if self.low is not None and score < self.low:
+        """Whether the stage scores a step, which is counted from 0: it may decide it."""
+        if self.items is not None and step >= self.items:
             return False
-        if self.high is not None and score > self.high:
-            return True
+        own = self.ranges[self.range_of(step)]
+        return own.low is not None or own.high is not None
+
+    def unstable(self, step: int, score: float) -> bool | None:
+        """Decision on a step by its step score; None where it is left to the next stage."""
+        if self.scores(step):
+            own = self.ranges[self.range_of(step)]
+            if own.low is not None and score < own.low:
+                return False
+            if own.high is not None and score > own.high:
+                return True
         return None
+
+
+def _between(above: int, items: int | None) -> str:
+    """The steps between two numbers of items, in words; none for all steps."""
+    if above == 0:
+        return "" if items is None else f" to {items} items"
+    return f" above {above} items" if items is None else f" from {above + 1} to {items} items"
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,10 +156,10 @@ class Ladder:
         return (*(stage.method for stage in self.stages), self.last)
 
     def stored(self) -> dict[str, Any]:
-        """The ladder as it is stored: without ``items`` of a stage that scores every step."""
+        """The ladder as it is stored: ``items`` and ``larger`` of a stage only where it has any."""
         stored = asdict(self)
         stored["stages"] = [
-            {key: value for key, value in stage.items() if (key, value) != ("items", None)}
+            {key: value for key, value in stage.items() if (key, value) not in _UNSTATED}
             for stage in stored["stages"]
         ]
         return stored

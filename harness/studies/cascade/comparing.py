@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -19,7 +19,8 @@ from steadyload.layouts.benchmark import UNLEARNT, Part
 from steadyload.layouts.benchmark.dataset import set_named
 from steadyload.layouts.model.layout import Layout
 from steadyload.methods.cascade.cascade import Cascade, Decision
-from steadyload.methods.cascade.thresholds import Ladder
+from steadyload.methods.cascade.thresholds import Ladder, Larger
+from steadyload.methods.cascade.thresholds import Stage as LadderStage
 from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.registry import make_method
 from steadyload.reports.columns import (
@@ -91,7 +92,9 @@ class Judged:
 
 @row
 class Stage:
-    """Decisions of one stage; without limits it is the last one, which decides what is left."""
+    """Decisions of one stage, with one pair of thresholds; without any it is the last one, which
+    decides what is left.
+    """
 
     stage: str = column()
     low: float | None = column("stable below", _three, "of the step score; None: it never accepts")
@@ -127,6 +130,15 @@ class Held:
 
 
 @row
+class LeftOut:
+    """Cases of item lists that thresholds were fitted without, by their number of boxes."""
+
+    above: int = column("boxes above", about="and up to the next number")
+    lost: int = column()
+    cases: int = column()
+
+
+@row
 class Fitted:
     """Thresholds as they were fitted, for one budget; fields as in the file of thresholds."""
 
@@ -153,6 +165,7 @@ class Fitted:
     independent: float
     decided: tuple[Decided, ...]
     elsewhere: tuple[Held, ...]
+    left_out_by_size: tuple[LeftOut, ...] = ()
 
 
 class Aim(NamedTuple):
@@ -347,7 +360,8 @@ def _fitted(budget: float, ladder: Ladder) -> Fitted:
 def _decisions(
     cascade: Cascade, cases: Iterable[tuple[str, Layout]], labels: pd.DataFrame
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Steps by the number of the stage that decided them, and layouts by the last one they needed.
+    """Steps by the pair of thresholds that decided them, and layouts by the last one they needed:
+    numbers as of :func:`_thresholds`.
 
     Args:
         cascade: the cascade whose stages decide.
@@ -356,14 +370,18 @@ def _decisions(
     """
     listed = list(cases)
     cascade.prepare(max(len(layout) for _, layout in listed))
-    stages = list(cascade.ladder.methods)
+    known = [(method, each.above) for method, each in _thresholds(cascade.ladder)]
+    of = {stage.method: stage for stage in reversed(cascade.ladder.stages)}
     placed = items_placed_by_case(labels["failing_step"], labels["item_count"])
     steps, layouts = [], []
     for scenario, layout in listed:
         label = labels.loc[(layout.name, scenario)]
         safe = int(placed[layout.name, scenario])
         decisions = cascade.decisions(layout)
-        numbers = [stages.index(decision.stage) for decision in decisions]
+        numbers = [
+            known.index((decision.stage, _above(of.get(decision.stage), decision.step)))
+            for decision in decisions
+        ]
         steps += [
             (number, label["instance"], decision.step <= safe, _right(decision, safe))
             for number, decision in zip(numbers, decisions, strict=True)
@@ -380,14 +398,29 @@ def _right(decision: Decision, safe: int) -> bool:
     return decision.unstable == (decision.step == safe)
 
 
+def _thresholds(ladder: Ladder) -> list[tuple[str, Larger]]:
+    """Every pair of thresholds, with its method: of each stage by size, and none of the last."""
+    of_stages = [(stage.method, each) for stage in ladder.stages for each in stage.ranges]
+    return [*of_stages, (ladder.last, Larger(0, None, None))]
+
+
+def _above(stage: LadderStage | None, step: int) -> int:
+    """The number of items above which the thresholds of a step hold; 0 of the last method."""
+    return 0 if stage is None else stage.ranges[stage.range_of(step)].above
+
+
 def _stages(cascade: Cascade, steps: pd.DataFrame, layouts: pd.DataFrame) -> Iterator[Stage]:
-    limits: list[tuple[Any, Any]] = [(stage.low, stage.high) for stage in cascade.ladder.stages]
-    for number, method in enumerate(cascade.stage_methods):
+    known = _thresholds(cascade.ladder)
+    for number, (method, each) in enumerate(known):
+        if (each.low, each.high) == (None, None) and number + 1 < len(known):
+            continue
         own = steps[(steps["stage"] == number) & steps["labelled"]]
         needed = layouts[layouts["stage"] == number]
+        title = method_key(make_method(method)).title
         yield Stage(
-            method_key(method).title,
-            *[*limits, (None, None)][number],
+            f"{title} above {each.above} items" if each.above else title,
+            each.low,
+            each.high,
             steps=share(np.asarray(steps["stage"] == number), steps["list"]),
             right=share(own["right"], own["list"]),
             layouts=share(np.asarray(layouts["stage"] == number), layouts["list"]),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -51,13 +52,14 @@ def evaluate(table: Table, stages: tuple[Stage, ...], last: str) -> CascadeEvalu
     own_scores = table.step_scores[last]
     own = own_scores.scores > own_scores.decision_threshold
     by, unstable = np.full(count, len(stages)), own.copy()
-    open_ = np.ones(count, dtype=bool)
+    open_, scored = np.ones(count, dtype=bool), []
     for number, stage in enumerate(stages):
         scores = table.step_scores[stage.method].scores
+        accept, reject = _thresholds(table, stage)
         with np.errstate(invalid="ignore"):
-            low = np.zeros(count, bool) if stage.low is None else scores < stage.low
-            high = np.zeros(count, bool) if stage.high is None else scores > stage.high
-        sure = open_ & (low | high) & _scored(table, stage)
+            low, high = scores < accept, scores > reject
+        scored.append(~(np.isnan(accept) & np.isnan(reject)))
+        sure = open_ & (low | high)
         by[sure], unstable[sure] = number, high[sure] & ~low[sure]
         open_ &= ~sure
     # Without a step score even of the last method there is no verdict, which is never right.
@@ -65,15 +67,21 @@ def evaluate(table: Table, stages: tuple[Stage, ...], last: str) -> CascadeEvalu
     right, asked, wrong = _read(table, unstable, none & open_)
     blamed = np.where(wrong < 0, -1, by[np.maximum(wrong, 0)])
     alone, *_ = _read(table, own, none)
-    cost = _cost(table, stages, last, by, asked)
+    cost = _cost(table, stages, last, by, asked, [*scored, np.ones(count, dtype=bool)])
     return CascadeEvaluation(by, unstable, asked, right, alone, blamed, cost)
 
 
-def _scored(table: Table, stage: Stage) -> BoolArray:
-    """The steps that a stage scores, whatever was decided before, (N,)."""
-    if stage.items is None:
-        return np.ones(len(table.of), dtype=bool)
-    return np.asarray(table.places < stage.items)
+def _thresholds(table: Table, stage: Stage) -> tuple[FloatArray, FloatArray]:
+    """Accept and reject thresholds of a stage at every step, not a number where there is none."""
+    place = np.searchsorted([each.above for each in stage.larger], table.places, side="right")
+    low, high = (
+        np.array([math.nan if each is None else each for each in thresholds])[place]
+        for thresholds in zip(*((each.low, each.high) for each in stage.ranges), strict=True)
+    )
+    if stage.items is not None:
+        beyond = table.places >= stage.items
+        low[beyond], high[beyond] = math.nan, math.nan
+    return low, high
 
 
 def _read(
@@ -90,13 +98,19 @@ def _read(
 
 
 def _cost(
-    table: Table, stages: tuple[Stage, ...], last: str, by: Indices, asked: BoolArray
+    table: Table,
+    stages: tuple[Stage, ...],
+    last: str,
+    by: Indices,
+    asked: BoolArray,
+    scored: list[BoolArray],
 ) -> FloatArray:
     cases = len(table.lists)
     total = np.zeros(cases)
-    for number, stage in enumerate((*stages, Stage(last, None, None))):
-        step_scores = table.step_scores[stage.method]
-        here = asked & (by >= number) & _scored(table, stage)
+    methods = (*(stage.method for stage in stages), last)
+    for number, (method, own) in enumerate(zip(methods, scored, strict=True)):
+        step_scores = table.step_scores[method]
+        here = asked & (by >= number) & own
         spent = np.bincount(table.of, np.where(here, step_scores.cost, 0.0), cases)
         opened = np.bincount(table.of, here, cases) > 0
         total += spent + np.where(opened, step_scores.opening, 0.0)

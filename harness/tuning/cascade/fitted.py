@@ -19,9 +19,16 @@ from steadyload.methods.registry import each_question, make_method
 from steadyload.progress import Progress, silent
 from steadyload.runs.provenance import provenance
 from steadyload.tuning import TuningError
-from steadyload.tuning.cascade.defaults import BUDGETS, CANDIDATES, CONFIDENCE, LAST, OF_STANDS
+from steadyload.tuning.cascade.defaults import (
+    BUDGETS,
+    CANDIDATES,
+    CONFIDENCE,
+    LAST,
+    OF_STANDS,
+    SIZES,
+)
 from steadyload.tuning.cascade.evaluation import evaluate
-from steadyload.tuning.cascade.fitting import Fit, fit, independent_cases, left_out
+from steadyload.tuning.cascade.fitting import Fit, LeftOut, fit, independent_cases, left_out
 from steadyload.tuning.cascade.step_scores import StepScores, Table, score_steps
 from steadyload.tuning.cases import Case, CaseSource, load_cases, own_part, set_for
 from steadyload.tuning.cases import fingerprint as cases_fingerprint
@@ -215,7 +222,7 @@ def _summary(
 ) -> dict[str, Any]:
     """Summary of a fitted ladder, for the file and for people. Shares are from 0 to 1."""
     o, cases = found.evaluation, len(table.lists)
-    lost, of = left_out(table, found, budget=budget, confidence=options.confidence)
+    out = left_out(table, found, budget=budget, confidence=options.confidence)
     return {
         "cases": cases,
         "item_lists": len(set(table.lists)),
@@ -225,7 +232,8 @@ def _summary(
         "gained": int(o.gained.sum()),
         "bound": round(found.bound(options.confidence), 6),
         "sure_bound": round(found.bound(SURE), 6),
-        "left_out": {"lost": lost, "cases": of},
+        "left_out": {"lost": int(out.lost.sum()), "cases": int(out.judged.sum())},
+        "left_out_by_size": _by_size(table, out),
         "accuracy": round(float(o.right.mean()), 6),
         "alone": round(float(o.alone.mean()), 6),
         "milliseconds": round(float(o.cost.mean()), 4),
@@ -247,9 +255,22 @@ def _summary(
     }
 
 
+def _by_size(table: Table, out: LeftOut) -> list[dict[str, int]]:
+    """Cases of item lists that were left out, by their number of boxes; sizes without any are
+    missing.
+    """
+    place = np.searchsorted(SIZES, table.boxes)
+    return [
+        {"above": above, "lost": int((out.lost & out.judged & own).sum()), "cases": count}
+        for number, above in enumerate((0, *SIZES))
+        if (count := int((out.judged & (own := place == number)).sum()))
+    ]
+
+
 def _errors_elsewhere(stage: Stage, step_scores: StepScores, table: Table) -> dict[str, Any]:
     """Errors of a stage's thresholds if it decides every step of other cases."""
-    said = [stage.unstable(score) for score in step_scores.scores.tolist()]
+    scored = zip(table.places.tolist(), step_scores.scores.tolist(), strict=True)
+    said = [stage.unstable(step, score) for step, score in scored]
     decided = np.array([verdict is not None for verdict in said])
     unstable = np.array([verdict is True for verdict in said])
     return {

@@ -7,6 +7,7 @@ import time
 from collections.abc import Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,12 +63,12 @@ class Table:
     boxes: Indices
     step_scores: Mapping[str, StepScores]
 
-    @property
+    @cached_property
     def starts(self) -> Indices:
         """The first step of every case, (M,)."""
         return np.searchsorted(self.of, np.arange(len(self.lists)))
 
-    @property
+    @cached_property
     def places(self) -> Indices:
         """The number of every step in its case, from 0, (N,)."""
         return np.arange(len(self.of)) - self.starts[self.of]
