@@ -261,7 +261,7 @@ def _by_size(table: Table, out: LeftOut) -> list[dict[str, int]]:
     """
     place = np.searchsorted(SIZES, table.boxes)
     return [
-        {"above": above, "lost": int((out.lost & out.judged & own).sum()), "cases": count}
+        {"above": above, "lost": int((out.lost & own).sum()), "cases": count}
         for number, above in enumerate((0, *SIZES))
         if (count := int((out.judged & (own := place == number)).sum()))
     ]

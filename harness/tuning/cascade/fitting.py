@@ -21,7 +21,7 @@ from __future__ import annotations
 import itertools
 import math
 from bisect import bisect_right
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import NamedTuple, TypeAlias
@@ -146,7 +146,7 @@ def independent_cases(table: Table, candidates: Sequence[str], last: str) -> flo
         last: spec of the method that decides the rest.
     """
     rungs = [_Rung(spec) for spec in candidates]
-    lost = _cheapest(table, rungs, last, math.ceil(_MANY * len(table.lists)))[1].lost
+    lost = _cheapest(table, _choices(rungs), last, math.ceil(_MANY * len(table.lists)))[1].lost
     return effective_size(lost, table.lists) if lost.any() else float(len(lost))
 
 
@@ -191,7 +191,7 @@ def fit(
             f"{confidence:g}; or add sets of other item lists"
         )
     rungs = [_Rung(spec) for spec in candidates]
-    stages, found = _cheapest(table, rungs, last, most, limits=SIZES, by_size=by_size)
+    stages, found = _cheapest(table, _choices(rungs), last, most, limits=SIZES, by_size=by_size)
     return Fit(stages, last, found, most, independent, by_size)
 
 
@@ -270,8 +270,8 @@ class _Search:
 
     def tried(
         self, rungs: tuple[_Rung, ...], shares: _Shares, begins: tuple[int, ...] = (0,)
-    ) -> _Tried | None:
-        """The ladder of these stages; None where one of them decides nothing.
+    ) -> _Tried:
+        """The ladder of these stages, without those that decide nothing.
 
         Args:
             rungs: its stages, in order.
@@ -280,9 +280,9 @@ class _Search:
         """
         stages: tuple[Stage, ...] = ()
         for rung, share in zip(rungs, shares, strict=True):
-            stages = (*stages, self._best_stage(stages, rung, begins, share))
-            if all(each.low is None and each.high is None for each in stages[-1].ranges):
-                return None  # the choice without it is cheaper
+            stage = self._best_stage(stages, rung, begins, share)
+            if any((each.low, each.high) != _NOTHING for each in stage.ranges):
+                stages = (*stages, stage)
         found = evaluate(self._table, stages, self._last)
         worth = float(self._weights @ found.cost), int(found.lost.sum()), len(stages)
         return _Tried(worth, stages, found, rungs, shares)
@@ -298,7 +298,7 @@ class _Search:
                 for rung in _moved(best.rungs[k], limits):
                     rungs = (*best.rungs[:k], rung, *best.rungs[k + 1 :])
                     found = self.tried(rungs, best.shares, begins)
-                    if found is not None and found.worth < best.worth:
+                    if found.worth < best.worth:
                         best, better = found, True
         return best
 
@@ -308,19 +308,14 @@ class _Search:
         """The ladder with thresholds by size where that is cheaper, else as it is."""
         best = self.tried(uniform.rungs, ((0,) * len(begins),) * len(uniform.rungs), begins)
         left = most
-        while best is not None and left:
+        while left:
             part = math.ceil(left / _PARTS)
-            more = [
-                found
-                for shares in _raised(best.shares, part)
-                if (found := self.tried(best.rungs, shares, begins))
-            ]
+            raised = _raised(best.shares, part)
+            more = [self.tried(best.rungs, shares, begins) for shares in raised]
             next_ = min(more, key=lambda each: each.worth, default=best)
             if next_.worth[0] >= best.worth[0]:
                 break
             best, left = next_, left - part
-        if best is None:
-            return uniform
         best = self.restricted(best, limits, begins)
         return best if best.worth < uniform.worth else uniform
 
@@ -346,7 +341,7 @@ def _raised(shares: _Shares, part: int) -> Iterator[_Shares]:
 
 def _cheapest(
     table: Table,
-    rungs: Sequence[_Rung],
+    choices: Iterable[tuple[_Rung, ...]],
     last: str,
     most: int,
     *,
@@ -357,19 +352,18 @@ def _cheapest(
 
     Args:
         table: step scores.
-        rungs: what may become a stage, in order.
+        choices: what may become the stages, in order.
         last: spec of the method that decides the rest.
         most: lost cases.
         limits: numbers of items that a stage may be restricted to, or to more.
         by_size: thresholds may depend on the number of items at a step.
     """
     search, found = _Search(table, last), []
-    for chosen in _choices(rungs):
-        shared = ((tuple((each,) for each in shares)) for shares in _shared(most, len(chosen)))
-        of_choice = [tried for shares in shared if (tried := search.tried(chosen, shares))]
-        if of_choice:
-            own = min(of_choice, key=lambda each: each.worth)
-            found.append(search.restricted(own, limits))
+    for chosen in choices:
+        shared = (tuple((each,) for each in shares) for shares in _shared(most, len(chosen)))
+        of_choice = (search.tried(chosen, shares) for shares in shared)
+        own = min(of_choice, key=lambda each: each.worth)
+        found.append(search.restricted(own, limits))
     found.sort(key=lambda each: each.worth)
     begins = threshold_classes(table, last) if by_size else (0,)
     if len(begins) > 1:
@@ -503,7 +497,7 @@ def left_out(table: Table, fitted: Fit, *, budget: float, confidence: float) -> 
     The stages and the steps that they score are those that were found. Classes of sizes with
     thresholds of their own, and the losses allowed in each, are chosen anew without the list.
     """
-    chosen = [_rung(stage) for stage in fitted.stages]
+    chosen = tuple(_rung(stage) for stage in fitted.stages)
     lost, judged = (np.zeros(len(table.lists), dtype=bool) for _ in range(2))
     for name in sorted(set(table.lists)):
         inside = table.lists == name
@@ -512,7 +506,7 @@ def left_out(table: Table, fitted: Fit, *, budget: float, confidence: float) -> 
         most = allowed_losses(budget, len(others.lists), independent, confidence)
         if most < 0:
             continue
-        stages, _ = _cheapest(others, chosen, fitted.last, most, by_size=fitted.by_size)
+        stages, _ = _cheapest(others, [chosen], fitted.last, most, by_size=fitted.by_size)
         found = evaluate(table.chosen(inside), stages, fitted.last)
         lost[inside], judged[inside] = found.lost, True
     return LeftOut(lost, judged)
