@@ -21,6 +21,7 @@ from steadyload.statistics.metrics import effective_size
 from steadyload.tuning import TuningError
 from steadyload.tuning.cascade import fitted as fitted_module
 from steadyload.tuning.cascade import fitting as fitting_module
+from steadyload.tuning.cascade import sizes as sizes_module
 from steadyload.tuning.cascade import step_scores as scores_module
 from steadyload.tuning.cascade.evaluation import evaluate
 from steadyload.tuning.cascade.fitted import FitOptions, check_remakable, fit_cascade
@@ -29,11 +30,9 @@ from steadyload.tuning.cascade.fitting import (
     fit,
     independent_cases,
     left_out,
-    size_classes,
-    size_weights,
-    threshold_classes,
     upper_bound,
 )
+from steadyload.tuning.cascade.sizes import size_classes, size_weights, threshold_classes
 from steadyload.tuning.cascade.step_scores import StepScores, Table, score_steps
 from steadyload.tuning.cases import CaseSource, load_cases
 
@@ -232,7 +231,8 @@ def test_thresholds_by_size_save_what_one_pair_for_all_sizes_cannot(lenient):
 @pytest.mark.parametrize("budget", [0.005, 0.01])
 def test_losses_of_all_sizes_together_keep_to_one_budget(budget, drawn, monkeypatch):
     """With sizes of a few items; dearer ladders are those of one pair of thresholds."""
-    monkeypatch.setattr(fitting_module, "SIZES", (2, 4, 6))
+    for module in (fitting_module, sizes_module):
+        monkeypatch.setattr(module, "SIZES", (2, 4, 6))
     assert threshold_classes(drawn, "last") == (0, 2, 4, 6)
     weights = size_weights(drawn, "last")
     one, sized = (

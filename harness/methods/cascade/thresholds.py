@@ -107,21 +107,22 @@ class Stage:
         """The thresholds of every range of numbers of items, the first one from 1 item on."""
         return (Larger(0, self.low, self.high), *self.larger)
 
-    def range_of(self, step: int) -> int:
-        """The number, among :attr:`ranges`, of the one of a step, which is counted from 0."""
-        return bisect_right(self.larger, step, key=lambda each: each.above)
+    def at(self, step: int) -> Larger:
+        """Those of :attr:`ranges` that hold at a step, which is counted from 0."""
+        number = bisect_right(self.larger, step, key=lambda each: each.above)
+        return self.larger[number - 1] if number else Larger(0, self.low, self.high)
 
     def scores(self, step: int) -> bool:
         """Whether the stage scores a step, which is counted from 0: it may decide it."""
         if self.items is not None and step >= self.items:
             return False
-        own = self.ranges[self.range_of(step)]
+        own = self.at(step)
         return own.low is not None or own.high is not None
 
     def unstable(self, step: int, score: float) -> bool | None:
         """Decision on a step by its step score; None where it is left to the next stage."""
         if self.scores(step):
-            own = self.ranges[self.range_of(step)]
+            own = self.at(step)
             if own.low is not None and score < own.low:
                 return False
             if own.high is not None and score > own.high:

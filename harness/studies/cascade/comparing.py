@@ -92,9 +92,7 @@ class Judged:
 
 @row
 class Stage:
-    """Decisions of one stage, with one pair of thresholds; without any it is the last one, which
-    decides what is left.
-    """
+    """Decisions by one pair of thresholds; without any it is the last stage, for what is left."""
 
     stage: str = column()
     low: float | None = column("stable below", _three, "of the step score; None: it never accepts")
@@ -370,18 +368,15 @@ def _decisions(
     """
     listed = list(cases)
     cascade.prepare(max(len(layout) for _, layout in listed))
-    known = [(method, each.above) for method, each in _thresholds(cascade.ladder)]
-    of = {stage.method: stage for stage in reversed(cascade.ladder.stages)}
+    known = _thresholds(cascade.ladder)
+    of = {stage.method: stage for stage in reversed(_with_last(cascade.ladder))}
     placed = items_placed_by_case(labels["failing_step"], labels["item_count"])
     steps, layouts = [], []
     for scenario, layout in listed:
         label = labels.loc[(layout.name, scenario)]
         safe = int(placed[layout.name, scenario])
         decisions = cascade.decisions(layout)
-        numbers = [
-            known.index((decision.stage, _above(of.get(decision.stage), decision.step)))
-            for decision in decisions
-        ]
+        numbers = [known.index((own.stage, of[own.stage].at(own.step))) for own in decisions]
         steps += [
             (number, label["instance"], decision.step <= safe, _right(decision, safe))
             for number, decision in zip(numbers, decisions, strict=True)
@@ -398,15 +393,13 @@ def _right(decision: Decision, safe: int) -> bool:
     return decision.unstable == (decision.step == safe)
 
 
+def _with_last(ladder: Ladder) -> tuple[LadderStage, ...]:
+    return (*ladder.stages, LadderStage(ladder.last, None, None))
+
+
 def _thresholds(ladder: Ladder) -> list[tuple[str, Larger]]:
     """Every pair of thresholds, with its method: of each stage by size, and none of the last."""
-    of_stages = [(stage.method, each) for stage in ladder.stages for each in stage.ranges]
-    return [*of_stages, (ladder.last, Larger(0, None, None))]
-
-
-def _above(stage: LadderStage | None, step: int) -> int:
-    """The number of items above which the thresholds of a step hold; 0 of the last method."""
-    return 0 if stage is None else stage.ranges[stage.range_of(step)].above
+    return [(stage.method, each) for stage in _with_last(ladder) for each in stage.ranges]
 
 
 def _stages(cascade: Cascade, steps: pd.DataFrame, layouts: pd.DataFrame) -> Iterator[Stage]:
@@ -419,8 +412,7 @@ def _stages(cascade: Cascade, steps: pd.DataFrame, layouts: pd.DataFrame) -> Ite
         title = method_key(make_method(method)).title
         yield Stage(
             f"{title} above {each.above} items" if each.above else title,
-            each.low,
-            each.high,
+            *(each.low, each.high),
             steps=share(np.asarray(steps["stage"] == number), steps["list"]),
             right=share(own["right"], own["list"]),
             layouts=share(np.asarray(layouts["stage"] == number), layouts["list"]),

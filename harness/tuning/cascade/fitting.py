@@ -13,14 +13,14 @@ items, where it pays, and one that pays on large loads alone for the steps with 
 
 Thresholds may depend on the number of items at a step. One budget holds for all sizes together: a
 loss is allowed where it saves most. A class of sizes has thresholds of its own where it has enough
-failing steps, see :func:`threshold_classes`.
+failing steps, see
+:func:`steadyload.tuning.cascade.sizes.threshold_classes`.
 """
 
 from __future__ import annotations
 
 import itertools
 import math
-from bisect import bisect_right
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -29,12 +29,14 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from scipy.stats import beta
 
-from steadyload.methods.cascade.thresholds import Larger, Stage
+from steadyload.methods.cascade.thresholds import Stage
 from steadyload.statistics.metrics import effective_size
 from steadyload.tuning import TuningError
 from steadyload.tuning.cascade.defaults import SIZES
 from steadyload.tuning.cascade.evaluation import CascadeEvaluation, evaluate
-from steadyload.tuning.cascade.step_scores import BoolArray, FloatArray, Indices, Table
+from steadyload.tuning.cascade.sizes import size_weights, threshold_classes
+from steadyload.tuning.cascade.stages import Rung, Share, best_stage, rung_of
+from steadyload.tuning.cascade.step_scores import BoolArray, Table
 
 _MANY = 0.05
 """Share of lost cases at which the effective sample size is estimated."""
@@ -42,50 +44,12 @@ _MANY = 0.05
 _PARTS = 4
 """Allowed losses are shared among stages in so many parts, where they are more."""
 
-_FEWEST = 20
-"""Cases of a class of sizes at least; fewer count among those of the next smaller class."""
-
-_FAILING = 20
-"""Failing steps at least of a class of sizes with thresholds of its own. Of thresholds that lose
-none of N failing steps, the next one is lost with a probability of 1 / (N + 1) at most, since it is
-the lowest of N + 1 no more often: below 5 %."""
-
-_LISTS = 10
-"""Item lists at least that these are of: likewise, if steps of a list were alike, below 10 %."""
-
 _REFINED = 6
 """Choices of candidates, the cheapest ones, for which thresholds by size are tried."""
 
 
-_LEAST = 1e-9
-"""Of a cost that is divided by [ms]."""
-
-
-_Pair: TypeAlias = tuple[float | None, float | None]
-"""An accept and a reject threshold; see ``Stage``."""
-
-_NOTHING: _Pair = (None, None)
-
-_Share: TypeAlias = tuple[int, ...]
-"""Lost cases that a stage may lose in each class of sizes."""
-
-_Shares: TypeAlias = tuple[_Share, ...]
+_Shares: TypeAlias = tuple[Share, ...]
 """The same of all stages."""
-
-
-class _Rung(NamedTuple):
-    """A stage without thresholds yet: its method, and the numbers of items of the steps that it
-    scores: more than ``above``, and ``items`` at most (see ``Stage``).
-    """
-
-    method: str
-    items: int | None = None
-    above: int = 0
-
-    def scores(self, table: Table) -> BoolArray:
-        """The steps that it scores, (N,)."""
-        scored = table.places >= self.above
-        return scored if self.items is None else scored & (table.places < self.items)
 
 
 @dataclass(frozen=True)
@@ -145,7 +109,7 @@ def independent_cases(table: Table, candidates: Sequence[str], last: str) -> flo
         candidates: specs of methods that may become stages.
         last: spec of the method that decides the rest.
     """
-    rungs = [_Rung(spec) for spec in candidates]
+    rungs = [Rung(spec) for spec in candidates]
     lost = _cheapest(table, _choices(rungs), last, math.ceil(_MANY * len(table.lists)))[1].lost
     return effective_size(lost, table.lists) if lost.any() else float(len(lost))
 
@@ -190,54 +154,9 @@ def fit(
             f"ones, and a share of which they show none is below {least:.2f} % with confidence "
             f"{confidence:g}; or add sets of other item lists"
         )
-    rungs = [_Rung(spec) for spec in candidates]
+    rungs = [Rung(spec) for spec in candidates]
     stages, found = _cheapest(table, _choices(rungs), last, most, limits=SIZES, by_size=by_size)
     return Fit(stages, last, found, most, independent, by_size)
-
-
-def size_classes(boxes: Indices) -> Indices:
-    """The class of sizes of every case, (M,): 0 for the smallest that hold enough cases."""
-    place = np.searchsorted(SIZES, boxes)
-    counts = np.bincount(place, minlength=len(SIZES) + 1)
-    number, gathered, new = 0, 0, np.zeros(len(counts), dtype=np.intp)
-    for k, count in enumerate(counts.tolist()):
-        if gathered >= _FEWEST and counts[k:].sum() >= _FEWEST:
-            number, gathered = number + 1, 0
-        new[k], gathered = number, gathered + count
-    return new[place]
-
-
-def threshold_classes(table: Table, last: str) -> tuple[int, ...]:
-    """The numbers of items above which a class of sizes begins that may have thresholds of its own.
-
-    The first is 0. A class has failing steps enough (see above), of which the last method alone is
-    right; one that has fewer has the thresholds of the next smaller one. Classes count by the
-    number of items at a step, not by that of the case.
-    """
-    evident = table.fails & evaluate(table, (), last).alone[table.of]
-    items, lists = table.places[evident] + 1, table.lists[table.of[evident]]
-
-    def enough(above: int, to: float) -> bool:
-        own = (items > above) & (items <= to)
-        return own.sum() >= _FAILING and len(set(lists[own])) >= _LISTS
-
-    begins, end = [0], math.inf
-    for size in reversed(SIZES):
-        if enough(size, end) and enough(0, size):
-            begins.insert(1, size)
-            end = size
-    return tuple(begins)
-
-
-def size_weights(table: Table, last: str) -> FloatArray:
-    """The weight of the CPU time of every case [1/ms], (M,).
-
-    A cost is the sum of weighted CPU times: the share of the cost of the last method alone, in the
-    mean over classes of sizes.
-    """
-    classes = size_classes(table.boxes)
-    alone = np.bincount(classes, evaluate(table, (), last).cost)
-    return np.asarray(1.0 / (len(alone) * np.maximum(alone, _LEAST))[classes])
 
 
 class _Tried(NamedTuple):
@@ -246,7 +165,7 @@ class _Tried(NamedTuple):
     worth: tuple[float, int, int]
     stages: tuple[Stage, ...]
     evaluation: CascadeEvaluation
-    rungs: tuple[_Rung, ...]
+    rungs: tuple[Rung, ...]
     shares: _Shares
 
 
@@ -264,12 +183,12 @@ class _Search:
         self._best_stage = cache(self._fitted_stage)
 
     def _fitted_stage(
-        self, before: tuple[Stage, ...], rung: _Rung, begins: tuple[int, ...], share: _Share
+        self, before: tuple[Stage, ...], rung: Rung, begins: tuple[int, ...], share: Share
     ) -> Stage:
-        return _best_stage(self._table, before, rung, self._last, begins, share, self._weights)
+        return best_stage(self._table, before, rung, self._last, begins, share, self._weights)
 
     def tried(
-        self, rungs: tuple[_Rung, ...], shares: _Shares, begins: tuple[int, ...] = (0,)
+        self, rungs: tuple[Rung, ...], shares: _Shares, begins: tuple[int, ...] = (0,)
     ) -> _Tried:
         """The ladder of these stages, without those that decide nothing.
 
@@ -281,7 +200,7 @@ class _Search:
         stages: tuple[Stage, ...] = ()
         for rung, share in zip(rungs, shares, strict=True):
             stage = self._best_stage(stages, rung, begins, share)
-            if any((each.low, each.high) != _NOTHING for each in stage.ranges):
+            if any((each.low, each.high) != (None, None) for each in stage.ranges):
                 stages = (*stages, stage)
         found = evaluate(self._table, stages, self._last)
         worth = float(self._weights @ found.cost), int(found.lost.sum()), len(stages)
@@ -320,7 +239,7 @@ class _Search:
         return best if best.worth < uniform.worth else uniform
 
 
-def _moved(rung: _Rung, limits: Sequence[int]) -> Iterator[_Rung]:
+def _moved(rung: Rung, limits: Sequence[int]) -> Iterator[Rung]:
     """The stage with another limit of the numbers of items of the steps that it scores."""
     if not limits:
         return
@@ -341,7 +260,7 @@ def _raised(shares: _Shares, part: int) -> Iterator[_Shares]:
 
 def _cheapest(
     table: Table,
-    choices: Iterable[tuple[_Rung, ...]],
+    choices: Iterable[tuple[Rung, ...]],
     last: str,
     most: int,
     *,
@@ -372,7 +291,7 @@ def _cheapest(
     return found[0].stages, found[0].evaluation
 
 
-def _choices(rungs: Sequence[_Rung]) -> Iterator[tuple[_Rung, ...]]:
+def _choices(rungs: Sequence[Rung]) -> Iterator[tuple[Rung, ...]]:
     for count in range(len(rungs) + 1):
         yield from itertools.combinations(rungs, count)
 
@@ -386,96 +305,6 @@ def _shared(most: int, stages: int) -> Iterator[tuple[int, ...]]:
         edges = (0, *cuts, parts)
         counts = [most * edge // max(parts, 1) for edge in edges]
         yield tuple(b - a for a, b in itertools.pairwise(counts))
-
-
-def _best_stage(
-    table: Table,
-    before: tuple[Stage, ...],
-    rung: _Rung,
-    last: str,
-    begins: tuple[int, ...],
-    share: _Share,
-    weights: FloatArray,
-) -> Stage:
-    """The stage that saves most with no more than the allowed losses of each class of sizes.
-
-    Thresholds of a class are limited by all its steps, also by those that the stage does not score
-    there: else a stage of few steps would have thresholds that few failing steps speak for. Only
-    the first class ends where the stage does: its smallest steps are those with most evidence.
-    """
-    so_far = evaluate(table, before, last)
-    open_ = (so_far.by == len(before)) & ~np.isnan(table.step_scores[rung.method].scores)
-    scored = open_ & rung.scores(table)
-    price = table.step_scores[last].cost * weights[table.of]
-    found = []
-    for begin, end, allowed in zip(begins, (*begins[1:], None), share, strict=True):
-        own = _Rung(rung.method, end, begin).scores(table)
-        evident = open_ & own & so_far.alone[table.of]
-        if begin == 0 and rung.items is not None:
-            evident &= table.places < rung.items
-        found.append(_pair(table, rung.method, evident, scored & own, allowed, price))
-    return _stage(rung, begins, found)
-
-
-def _pair(
-    table: Table,
-    method: str,
-    evident: BoolArray,
-    scored: BoolArray,
-    allowed: int,
-    price: FloatArray,
-) -> _Pair:
-    """The accept and the reject threshold that save most with no more than the allowed losses.
-
-    ``low`` never goes above the method's own decision threshold, nor ``high`` below it: without a
-    case that limits it, there is no evidence for a wider threshold.
-
-    Args:
-        table: step scores.
-        method: whose thresholds these are.
-        evident: the steps that limit them: a wrong decision there would lose the case, (N,).
-        scored: the steps that they may decide, (N,).
-        allowed: lost cases.
-        price: what a decided step saves, (N,).
-    """
-    step_scores = table.step_scores[method]
-    threshold = step_scores.decision_threshold
-    missed = np.sort(step_scores.scores[evident & table.fails])
-    alarms = -np.sort(-_highest(table, evident & ~table.fails, step_scores.scores))
-    scores, price = step_scores.scores[scored], price[scored]
-    best = None
-    for below in range(allowed + 1):
-        above = allowed - below
-        low = min(float(missed[below]), threshold) if below < len(missed) else threshold
-        high = max(float(alarms[above]), threshold) if above < len(alarms) else threshold
-        saved = float(price[(scores < low) | (scores > high)].sum())
-        if best is None or saved > best[0]:
-            best = saved, low, high
-    assert best is not None
-    _, low, high = best
-    return low if (scores < low).any() else None, high if (scores > high).any() else None
-
-
-def _stage(rung: _Rung, begins: tuple[int, ...], pairs: Sequence[_Pair]) -> Stage:
-    """A stage of the accept and reject thresholds of every class, without ranges that are alike."""
-    ranges: list[Larger] = []
-    end = rung.items
-    for edge in sorted({*begins, rung.above}):
-        if end is not None and edge >= end:
-            break
-        pair = pairs[bisect_right(begins, edge) - 1] if edge >= rung.above else _NOTHING
-        if not ranges or (ranges[-1].low, ranges[-1].high) != pair:
-            ranges.append(Larger(edge, *pair))
-    if len(ranges) > 1 and (ranges[-1].low, ranges[-1].high) == _NOTHING:
-        end = ranges.pop().above
-    first, *larger = ranges
-    return Stage(rung.method, first.low, first.high, end, tuple(larger))
-
-
-def _highest(table: Table, steps: BoolArray, scores: np.ndarray) -> np.ndarray:
-    """The highest score of every case that has such a step."""
-    highest = np.maximum.reduceat(np.where(steps, scores, -np.inf), table.starts)
-    return highest[highest > -np.inf]
 
 
 @dataclass(frozen=True)
@@ -497,7 +326,7 @@ def left_out(table: Table, fitted: Fit, *, budget: float, confidence: float) -> 
     The stages and the steps that they score are those that were found. Classes of sizes with
     thresholds of their own, and the losses allowed in each, are chosen anew without the list.
     """
-    chosen = tuple(_rung(stage) for stage in fitted.stages)
+    chosen = tuple(rung_of(stage) for stage in fitted.stages)
     lost, judged = (np.zeros(len(table.lists), dtype=bool) for _ in range(2))
     for name in sorted(set(table.lists)):
         inside = table.lists == name
@@ -510,9 +339,3 @@ def left_out(table: Table, fitted: Fit, *, budget: float, confidence: float) -> 
         found = evaluate(table.chosen(inside), stages, fitted.last)
         lost[inside], judged[inside] = found.lost, True
     return LeftOut(lost, judged)
-
-
-def _rung(stage: Stage) -> _Rung:
-    """The method of a stage, and the steps that it scores."""
-    scored = (each.above for each in stage.ranges if (each.low, each.high) != _NOTHING)
-    return _Rung(stage.method, stage.items, next(scored, 0))
