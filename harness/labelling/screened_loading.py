@@ -35,7 +35,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from steadyload.labelling.label_rows import LABEL, case_row
-from steadyload.layouts.benchmark.sizes import SCREENED_ABOVE
+from steadyload.layouts.benchmark.sizes import MOST_SMALL
 from steadyload.layouts.model.contacts import find_contacts
 from steadyload.layouts.model.layout import Layout
 from steadyload.methods.contract.method import Status
@@ -44,7 +44,7 @@ from steadyload.methods.simulation.simulation import Simulation
 from steadyload.methods.simulation.step_answers import StepAnswer, StepAnswers
 from steadyload.statics.margins import margins
 
-MOST_BY_ONE = SCREENED_ABOVE
+MOST_BY_ONE = MOST_SMALL
 """Items of a layout that one simulation screens, at most."""
 
 SCREEN = "label@mujoco:frequency=1000"

@@ -13,7 +13,7 @@ import pandas as pd
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from steadyload.layouts.benchmark.sizes import SCREENED_ABOVE
+from steadyload.layouts.benchmark.sizes import MOST_SMALL
 from steadyload.layouts.model.question import Question
 from steadyload.layouts.model.scenarios import Scenario
 from steadyload.methods.contract.spec import parse_spec
@@ -74,10 +74,10 @@ class JudgedCases:
     def screens(self) -> tuple[str, ...]:
         """Specs of the simulations on which labels of large layouts rest; none without such cases.
 
-        Large is what has more than :data:`.SCREENED_ABOVE` boxes.
+        Large is what has more than :data:`.MOST_SMALL` boxes.
         """
         found = self.manifest.get("labels", {}).get("screens", ())
-        large = self.labels is not None and (self.labels["item_count"] > SCREENED_ABOVE).any()
+        large = self.labels is not None and (self.labels["item_count"] > MOST_SMALL).any()
         return tuple(found) if large else ()
 
     @property

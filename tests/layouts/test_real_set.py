@@ -31,7 +31,8 @@ from steadyload.layouts.benchmark.real import (
     build_real,
     real_manifest,
 )
-from steadyload.layouts.benchmark.splits import MOST_SMALL, splits_of_manifest
+from steadyload.layouts.benchmark.sizes import MOST_SMALL
+from steadyload.layouts.benchmark.splits import splits_of_manifest
 from steadyload.layouts.benchmark.tables import CASES, BenchmarkError, read_tables, write_tables
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.model.floor import FloorKind

@@ -2,7 +2,7 @@
 
 import pytest
 
-from steadyload.layouts.benchmark.sizes import FEWER, FINE_SIZES, SCREENED_ABOVE, SIZES, binned
+from steadyload.layouts.benchmark.sizes import FEWER, FINE_SIZES, MOST_SMALL, SIZES, binned
 
 
 def test_a_bin_holds_what_its_name_says():
@@ -28,5 +28,5 @@ def test_an_empty_bin_has_no_name(boxes, largest, names):
 
 
 def test_answers_end_where_labels_begin_to_rest_on_simulations():
-    assert SCREENED_ABOVE in SIZES
+    assert MOST_SMALL in SIZES
     assert set(SIZES) <= set(FINE_SIZES)

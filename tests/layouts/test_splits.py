@@ -7,8 +7,8 @@ import pandas as pd
 import pytest
 
 from steadyload.layouts.benchmark import BenchmarkError
+from steadyload.layouts.benchmark.sizes import MOST_SMALL
 from steadyload.layouts.benchmark.splits import (
-    MOST_SMALL,
     MOST_STABLE,
     FurtherDraw,
     SplitSizes,

@@ -301,7 +301,7 @@ def test_methods_on_an_engine_that_gave_the_labels_are_compared_with_none(cases,
     assert small.best.method.spec == "ps3@mujoco"
     assert len(small.versus("fbs").tests) == 3
 
-    monkeypatch.setattr(judged_module, "SCREENED_ABOVE", 4)
+    monkeypatch.setattr(judged_module, "MOST_SMALL", 4)
     assert (found.screens, found.apart) == ((SCREEN,), frozenset({"ps3@mujoco"}))
     large = evaluate(found)
     assert large.best.method.spec == "fbs"

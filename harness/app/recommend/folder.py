@@ -8,9 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
-from steadyload.app.recommend.front import SIZES, Front, FrontError
+from steadyload.app.recommend.front import Front, FrontError
 from steadyload.app.recommend.kept import NAME, REAL, SMALL, SPATIAL, load_fronts
 from steadyload.app.recommend.measured import front_of
+from steadyload.layouts.benchmark.sizes import FINE_SIZES
 from steadyload.layouts.model.question import Question
 from steadyload.runs.costs import CPU, limited_costs
 from steadyload.runs.evaluation import evaluate
@@ -53,7 +54,7 @@ def _fronts(folder: Path, *, medians: bool) -> Iterator[Front]:
     judged = load_judged(folder)
     if judged.labels is None:
         raise FrontError(f"{folder}: its layouts have no labels, so that no accuracy is known")
-    place = np.searchsorted(SIZES, judged.labels["item_count"].to_numpy(int))
+    place = np.searchsorted(FINE_SIZES, judged.labels["item_count"].to_numpy(int))
     for number in np.unique(place):
         of_size = judged.only(place == number)
         for question in Question:

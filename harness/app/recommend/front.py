@@ -8,15 +8,10 @@ from typing import TYPE_CHECKING
 
 from steadyload.engines.registry import engines, engines_here
 from steadyload.errors import UserError, nearest
-from steadyload.layouts.benchmark.sizes import FINE_SIZES
 from steadyload.layouts.model.question import Question
 from steadyload.statistics.error_costs import ErrorShares
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.front import undominated
-
-SIZES = FINE_SIZES
-"""Largest numbers of boxes of the bins."""
-
 
 if TYPE_CHECKING:
     from steadyload.runs.evaluation import MethodEvaluation

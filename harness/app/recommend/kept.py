@@ -8,9 +8,10 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from steadyload.app.recommend.front import SIZES, Front, FrontError
+from steadyload.app.recommend.front import Front, FrontError
 from steadyload.atomic import manifest_text, verified_manifest, write_atomically
 from steadyload.config import bind
+from steadyload.layouts.benchmark.sizes import FINE_SIZES
 from steadyload.layouts.model.question import Question
 from steadyload.reading import MAX_STORED_BYTES, TooLargeError, content_of, json_of, own_file
 
@@ -74,4 +75,4 @@ def merged(kept: Iterable[Front], new: Iterable[Front]) -> tuple[Front, ...]:
 
 
 def _cases(front: Front) -> tuple[str, Question, int]:
-    return front.part, front.question, bisect_left(SIZES, front.most)
+    return front.part, front.question, bisect_left(FINE_SIZES, front.most)

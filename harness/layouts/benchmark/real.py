@@ -25,7 +25,7 @@ from steadyload.layouts.benchmark.item_lists import (
     pallet_lists,
     product_files,
 )
-from steadyload.layouts.benchmark.splits import MOST_SMALL
+from steadyload.layouts.benchmark.sizes import MOST_SMALL
 from steadyload.layouts.benchmark.tables import BenchmarkError
 from steadyload.layouts.files.limits import MAX_FILE_BYTES
 from steadyload.layouts.formats import read_layouts

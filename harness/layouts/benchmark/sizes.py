@@ -7,7 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-SIZES = (61, 100, 150)
+MOST_SMALL = 61
+"""Boxes of a small layout at most. Larger ones are split apart from these, and their labels rest on
+the two simulations that a set names as its ``screens``."""
+
+SIZES = (MOST_SMALL, 100, 150)
 """Largest numbers of boxes of the sizes that pages answer for."""
 
 FINE_SIZES = (37, *SIZES)
@@ -15,9 +19,6 @@ FINE_SIZES = (37, *SIZES)
 
 FEWER = 24
 """Layouts of real size have more boxes."""
-
-SCREENED_ABOVE = SIZES[0]
-"""Labels of larger layouts rest on the two simulations that a set names as its ``screens``."""
 
 
 def binned(boxes: ArrayLike, largest: Sequence[int]) -> tuple[NDArray[np.intp], dict[int, str]]:

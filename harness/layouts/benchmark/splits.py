@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from steadyload.layouts.benchmark.sizes import MOST_SMALL
 from steadyload.layouts.benchmark.tables import BenchmarkError
 from steadyload.layouts.model.scenarios import Scenario
 
@@ -170,10 +171,6 @@ def _dealt(cases: pd.DataFrame, parts: Sequence[str]) -> dict[str, str]:
 
 MOST_STABLE = 0.7
 """Largest share of stable cases in a held-out part of :func:`split_by_instance`."""
-
-MOST_SMALL = 61
-"""Items of a small case of :func:`split_by_instance`: small and larger ones are cut apart, since
-larger ones are labelled long after the others."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -24,7 +24,7 @@ from steadyload.labelling.screened import (
 )
 from steadyload.layouts.benchmark import Benchmark, load_benchmark
 from steadyload.layouts.benchmark.dataset import KEYS, PLANAR
-from steadyload.layouts.benchmark.sizes import FEWER, FINE_SIZES, SCREENED_ABOVE
+from steadyload.layouts.benchmark.sizes import FEWER, FINE_SIZES, MOST_SMALL
 from steadyload.layouts.model.question import Question
 from steadyload.learners.weights import load_weights
 from steadyload.methods.contract.declared import Trait
@@ -128,7 +128,7 @@ class Found:
     unlabelled: Mapping[str, int]
     made_with: Mapping[str, str]
     near: float = NEAR
-    screened_above: int = SCREENED_ABOVE
+    screened_above: int = MOST_SMALL
 
     @property
     def own(self) -> JudgedSet:
