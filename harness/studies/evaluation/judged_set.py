@@ -20,7 +20,6 @@ from steadyload.runs.comparison import Family, PairTest
 from steadyload.runs.evaluation import (
     ALL,
     Evaluation,
-    LabelledPart,
     MethodEvaluation,
     cheapest_near,
 )
@@ -33,7 +32,14 @@ from steadyload.studies.evaluation.error_places import (
     CaseBin,
     MarginBin,
 )
-from steadyload.studies.evaluation.parts import CasePart, OriginBin, SizeCost, size_costs
+from steadyload.studies.evaluation.parts import (
+    CasePart,
+    OnLabelledCases,
+    OriginBin,
+    SizeCost,
+    insignificant,
+    size_costs,
+)
 from steadyload.studies.evaluation.rows import (
     Against,
     Beside,
@@ -60,7 +66,7 @@ _ROUNDED = 0.0101
 
 
 @dataclass(frozen=True)
-class JudgedSet:
+class JudgedSet(OnLabelledCases):
     """All methods on a part of a labelled set.
 
     Attributes:
@@ -109,17 +115,6 @@ class JudgedSet:
         return self.evaluation.groups
 
     @property
-    def about(self) -> LabelledPart:
-        """About the labels of the cases."""
-        assert self.evaluation.labelled is not None, "the study is on a labelled set"
-        return self.evaluation.labelled
-
-    @property
-    def best(self) -> MethodEvaluation:
-        """The most accurate of the methods that are compared."""
-        return self.evaluation.best
-
-    @property
     def near_best(self) -> MethodEvaluation | None:
         """The cheapest method that is nearly as accurate; None where nothing was timed."""
         return cheapest_near(self.evaluation.comparable, NEAR)
@@ -127,8 +122,7 @@ class JudgedSet:
     @property
     def alike(self) -> tuple[Sequence[PairTest[MethodKey]], int]:
         """Tests of methods that do not differ significantly from the best, and of how many."""
-        others = self.tests[ALL].versus(self.best.method).tests
-        return [test for test in others if not test.significant], len(others)
+        return insignificant(self.tests[ALL].versus(self.best.method))
 
     @cached_property
     def front(self) -> list[MethodEvaluation]:

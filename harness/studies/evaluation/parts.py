@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from steadyload.layouts.benchmark.sizes import FEWER, SIZES, binned
 from steadyload.methods.naming import MethodKey
 from steadyload.reports.columns import column, milliseconds, percent, row, significant
-from steadyload.runs.comparison import PairTest
+from steadyload.runs.comparison import Family, PairTest
 from steadyload.runs.costs import limited_costs
 from steadyload.runs.evaluation import Evaluation, LabelledPart, MethodEvaluation, evaluate
 from steadyload.runs.judged import JudgedCases
@@ -53,8 +53,25 @@ class SizeAccuracy:
     sizes: Mapping[str, Estimate] = column("{}", percent)
 
 
+class OnLabelledCases:
+    """Something with an evaluation on labelled cases."""
+
+    evaluation: Evaluation
+
+    @property
+    def about(self) -> LabelledPart:
+        """About the labels of the cases."""
+        assert self.evaluation.labelled is not None, "the study is on a labelled set"
+        return self.evaluation.labelled
+
+    @property
+    def best(self) -> MethodEvaluation:
+        """The most accurate of the methods that are compared."""
+        return self.evaluation.best
+
+
 @dataclass(frozen=True)
-class CasePart:
+class CasePart(OnLabelledCases):
     """Some of the cases, judged with a time limit.
 
     Attributes:
@@ -72,20 +89,9 @@ class CasePart:
     sizes: Sequence[CaseBin] = ()
     origins: Sequence[CasePart] = ()
 
-    @property
-    def about(self) -> LabelledPart:
-        """About the labels of the cases."""
-        assert self.evaluation.labelled is not None, "the study is on a labelled set"
-        return self.evaluation.labelled
-
-    @property
-    def best(self) -> MethodEvaluation:
-        """The most accurate of the methods that are compared."""
-        return self.evaluation.best
-
     @cached_property
     def rows(self) -> Sequence[Result]:
-        """A row a method."""
+        """One row per method."""
         failing = failing_accuracy(self.evaluation)
         return [
             Result(one, None, None, None, failing=failing.get(one.method.spec),
@@ -118,8 +124,7 @@ class CasePart:
     @cached_property
     def alike(self) -> tuple[Sequence[PairTest[MethodKey]], int]:
         """Tests of methods that do not differ significantly from the best, and of how many."""
-        others = self.evaluation.versus(self.best.method.spec).tests
-        return [test for test in others if not test.significant], len(others)
+        return insignificant(self.evaluation.versus(self.best.method.spec))
 
     @property
     def accuracies(self) -> Sequence[SizeAccuracy]:
@@ -133,6 +138,11 @@ class CasePart:
             ),
             SizeAccuracy(CONSTANT, {name: own.stable for name, own in named.items()}),
         ]
+
+
+def insignificant(family: Family[MethodKey]) -> tuple[Sequence[PairTest[MethodKey]], int]:
+    """Tests of a family that find no significant difference, and the number of all."""
+    return [test for test in family.tests if not test.significant], len(family.tests)
 
 
 def failing_accuracy(evaluation: Evaluation) -> Mapping[str, Estimate]:
