@@ -33,23 +33,15 @@ class Preference:
     without: str = ""
 
 
+_LESS = "less often right on labelled loads of 25 to 61 boxes"
+
 PREFERENCES = (
-    Preference(
-        "stands",
-        "cascade@rapier:question=stands",
-        "rapier",
-        without="less often right on labelled loads of 25 to 61 boxes",
-    ),
+    Preference("stands", "cascade@rapier:question=stands", "rapier", without=_LESS),
     Preference("stands", "cascade@mujoco:question=stands", "mujoco", without="less accurate"),
     Preference("stands", "settling", most=20),
     Preference("stands", "lstm_e:question=stands", most=62),
     Preference("stands", "settling"),
-    Preference(
-        "within",
-        "cascade@rapier",
-        "rapier",
-        without="less often right on labelled loads of 25 to 61 boxes",
-    ),
+    Preference("within", "cascade@rapier", "rapier", without=_LESS),
     Preference("within", "cascade@mujoco", "mujoco", without="less accurate"),
     Preference("within", "equilibrium:time=0.3"),
 )
@@ -67,7 +59,7 @@ def default_method(boxes: int, question: str = "stands") -> str:
 
     Args:
         boxes: of the load.
-        question: that is asked of it, ``stands`` or ``within``.
+        question: ``stands`` or ``within``.
 
     Raises:
         ThresholdsError: the package's file of thresholds is damaged.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -71,7 +72,7 @@ def screened_steps(screening: pd.DataFrame) -> ScreenedSteps:
     if screening.empty:
         return ScreenedSteps(0, 0, ())
     screen, reference = (_joined(screening[name]) for name in ("screen", "reference"))
-    why = np.concatenate([np.asarray(own, dtype=object) for own in screening["why"]])
+    why = _joined(screening["why"], object)
     case = np.repeat(np.arange(len(screening)), screening["why"].map(len))
     found = []
     for reason, words in REASONS.items():
@@ -88,8 +89,8 @@ def screened_steps(screening: pd.DataFrame) -> ScreenedSteps:
     return ScreenedSteps(len(screening), len(screen), tuple(found))
 
 
-def _joined(lists: pd.Series) -> NDArray[np.float64]:
-    return np.concatenate([np.asarray(own, dtype=float) for own in lists])
+def _joined(lists: pd.Series, kind: type = float) -> NDArray[Any]:
+    return np.concatenate([np.asarray(own, dtype=kind) for own in lists])
 
 
 @row
@@ -138,7 +139,7 @@ def _checked(name: str, own: pd.DataFrame, lists: NDArray[np.object_]) -> Checke
     far = screen.copy()
     if two.any():
         far[two] = np.maximum(screen[two], _joined(own["second"].dropna()))
-    why = np.concatenate([np.asarray(each, dtype=object) for each in own["why"]])
+    why = _joined(own["why"], object)
     asked = np.isfinite(reference)
     drawn = (why == "drawn") & asked
     wrong = drawn & (reference > 1.0)

@@ -118,7 +118,7 @@ def test_the_reference_answers_once_about_a_box_that_came_to_rest(monkeypatch):
 
 
 def seen(*beyond, item=2, status=Status.DONE):
-    """What screens saw: an item that moved by so much of a threshold."""
+    """Answers of screens about an item that moved by so much of a threshold."""
     return [
         StepAnswer(status, "", far > 1.0, far > 1.0, item, far, 0.0, 0.0, 0.0, 0.0)
         for far in beyond

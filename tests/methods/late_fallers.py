@@ -27,7 +27,7 @@ class Build(StrEnum):
 
 
 class Fall(StrEnum):
-    """What happens at the planted box.
+    """The event at the planted box.
 
     ``overhang``: it lies too far out. ``seesaw``: a box that it is put on tips with it. ``slow``
     and ``slow seesaw``: the same, by millimetres, so that it takes most of a second or more.

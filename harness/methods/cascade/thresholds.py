@@ -39,7 +39,7 @@ _LONGEST = 200
 """Characters of names from a file in a message."""
 
 _UNSTATED = (("items", None), ("larger", ()))
-"""What a stage does not store."""
+"""Values of fields that a stage leaves out where it is stored."""
 
 
 class ThresholdsError(SpecError):

@@ -64,7 +64,7 @@ def warm_up() -> None:
     loading = begin(*arrays, floor)
     first_moved(loading, 0, 2, *motion)
     moving_group(1, loading)
-    loading.moves[:] = True  # a motion is asked for where something moves
+    loading.moves[:] = True  # only what moves has a motion
     moved(1, np.arange(2), loading, *motion)
     first_moved_of(*arrays, floor, np.inf, *motion)
     first_moved_of_many(*arrays, floors, starts, np.inf, *motion)
