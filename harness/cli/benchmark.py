@@ -381,7 +381,7 @@ class Screen:
             raise UsageError("--least-items: not allowed without --again")
 
     def run(self) -> None:
-        """Label the missing cases for both questions, those of test and validation first."""
+        """Label the missing cases for both questions: validation, then test, then training."""
         from steadyload.labelling.screening import label_screened
 
         if self.again is not None:

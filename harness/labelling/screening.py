@@ -58,7 +58,7 @@ VERSION_BY_TWO = 1
 CASE_SECONDS = 4 * 3600.0
 """Hard limit on the CPU time of a case."""
 
-_TURNS = {Part.TEST: 0, Part.VALIDATION: 0, Part.TRAIN: 1}
+_TURNS = {Part.VALIDATION: 0, Part.TEST: 1, Part.TRAIN: 2}
 
 _ROWS = pa.schema(
     [
@@ -102,9 +102,10 @@ def label_screened(
 ) -> int:
     """Label the unlabelled cases of a set for both questions; returns how many have labels now.
 
-    Test and validation come first, then training, both in an order that does not depend on the
-    size of layouts: labels of an interrupted run are a sample of all. Whatever is done when
-    this ends, or is interrupted, is written into the tables, and is not done again.
+    Validation comes first, on which thresholds are fitted, then test, then training, each in an
+    order that does not depend on the size of layouts: labels of an interrupted run are a sample of
+    a part. Whatever is done when this ends, or is interrupted, is written into the tables, and is
+    not done again.
 
     Args:
         directory: of the set; its tables are written anew.
