@@ -33,6 +33,7 @@ RULES = (
     "pbs0.7",
     "sme",
     "equilibrium",
+    "equilibrium:margin=1.5",
     "equilibrium:time=0.3",
     "equilibrium:sides=friction",
     "lstm_1:outside=accept",
@@ -219,7 +220,9 @@ def said_of_places(session, item, places):
 
 
 @pytest.mark.parametrize("floor", ["auto", "deck", "infinite"])
-@pytest.mark.parametrize("spec", ["fbs", "pbs0.7", "pbs:alpha=0", "sme", "equilibrium"])
+@pytest.mark.parametrize(
+    "spec", ["fbs", "pbs0.7", "pbs:alpha=0", "sme", "equilibrium", "equilibrium:margin=1.5"]
+)
 @settings(FEW, max_examples=8)
 @given(boxes=boxes, seed=st.integers(0, 1000))
 def test_places_are_feasible_where_the_item_could_be_placed(spec, floor, boxes, seed):
@@ -593,3 +596,17 @@ def test_a_placement_that_crushes_a_box_is_refused(spec):
         light = replace(on_top[1], weight=6.0)
         assert session.feasible(light, places).tolist() == [True, True]
         assert session.try_place(light).stable
+
+
+@pytest.mark.parametrize(("margin", "stands"), [(0.0, True), (0.4, True), (1.0, False)])
+def test_a_margin_draws_in_what_was_pushed_in_below_an_item(margin, stands):
+    """A load 0.5 cm inside the edge of a block that came after the plank that it carries."""
+    carrier = Item(0, (0.0, 0.0, 0.0), (20.0, 10.0, 10.0), 50.0)
+    plank = Item(0, (0.0, 10.0, 0.0), (24.0, 1.0, 10.0), 1.0)
+    pushed_in = Item(0, (20.0, 0.0, 0.0), (3.0, 10.0, 10.0), 50.0)
+    load = Item(0, (21.5, 11.0, 0.0), (2.0, 10.0, 10.0), 1000.0)
+    with LoadingSession(WIDE, f"equilibrium:margin={margin:g}") as session:
+        for item in (carrier, plank, pushed_in):
+            assert place_and_compare(session, item).stable
+        assert session.feasible(load, [load.position]).tolist() == [stands]
+        assert place_and_compare(session, load).stable is stands

@@ -294,12 +294,11 @@ class Equilibrium(Method):
 
     def begin(self, layout: GrowingLayout) -> Loader:
         """A loader that passes the new weight down, and solves only where that fails."""
-        if self.parameters.margin:
-            return super().begin(layout)
         if self._is_vertical:
             return BalancedLoader(
-                layout, lambda loaded, watch: self._judge(loaded.layout(), watch), self._unbalanced
-            )
+                layout, lambda loaded, watch: self._judge(loaded.layout(), watch),
+                self._unbalanced, float(self.parameters.margin),
+            )  # fmt: skip
         if self._is_timed:
             return BalancedLoader(layout, self._judge_motion)
         return BalancedLoader(layout, self._judge_last)

@@ -68,6 +68,7 @@ class BalancedLoader(Loader):
         whole: the finding on all that is loaded.
         unbalanced: of a step and the item that is out of balance; None where such a step may stand,
             as ``whole`` says.
+        margin: by which contact patches are drawn in on every side [cm].
     """
 
     def __init__(
@@ -75,17 +76,18 @@ class BalancedLoader(Loader):
         layout: GrowingLayout,
         whole: Callable[[GrowingLayout, Stopwatch], Finding],
         unbalanced: Callable[[int, int], Finding] | None = None,
+        margin: float = 0.0,
     ) -> None:
         super().__init__(layout)
         layout.warm()
-        self._whole, self._unbalanced = whole, unbalanced
+        self._whole, self._unbalanced, self._margin = whole, unbalanced, margin
         self._known: int | None = None
         """So many items have forces that are known; None for all."""
 
     def load(self, item: Item, watch: Stopwatch) -> Finding:
         """See :meth:`Loader.load`."""
         if self._known is None:
-            ended, culprit, _ = self.layout.try_put(item, kernels.placing.BALANCED)
+            ended, culprit, _ = self.layout.try_put(item, kernels.placing.BALANCED, self._margin)
             if ended == STANDS:
                 return STABLE
             if ended != UNRESOLVED and self._unbalanced is not None:
@@ -98,7 +100,7 @@ class BalancedLoader(Loader):
         """See :meth:`Loader.feasible`."""
         if self._known is not None:
             return None
-        endings = self.layout.endings(item, positions, kernels.placing.BALANCED)
+        endings = self.layout.endings(item, positions, kernels.placing.BALANCED, self._margin)
         open_ones = (UNRESOLVED,) if self._unbalanced is not None else (UNRESOLVED, FAILS)
         return None if np.isin(endings, open_ones).any() else endings == STANDS
 
@@ -109,6 +111,6 @@ class BalancedLoader(Loader):
 
     def fork(self, layout: GrowingLayout) -> BalancedLoader:
         """See :meth:`Loader.fork`."""
-        other = BalancedLoader(layout, self._whole, self._unbalanced)
+        other = BalancedLoader(layout, self._whole, self._unbalanced, self._margin)
         other._known = self._known
         return other

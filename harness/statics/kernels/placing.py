@@ -9,10 +9,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from steadyload.statics.kernels.balance import balance_after
+from steadyload.statics.kernels.balance import balance_after, is_near_its_edge
 from steadyload.statics.kernels.base_support import covered
 from steadyload.statics.kernels.compiled import compiled
 from steadyload.statics.kernels.constants import FAILS, FLOOR, FULL, ROUNDING, STANDS
+from steadyload.statics.kernels.contacts import draw_in
 from steadyload.statics.kernels.growing import (
     ITEMS,
     PATCHES,
@@ -38,7 +39,8 @@ def place(kept: Any, rule: int, alpha: float) -> Any:
     Args:
         kept: the arrays.
         rule: :data:`SUPPORTED` or another.
-        alpha: the share of the base that is required; of that rule alone.
+        alpha: of :data:`SUPPORTED` the share of the base that is required; of :data:`BALANCED` the
+            margin by which the contact patches of this item are drawn in on every side [cm].
 
     Returns:
         How it ended (:data:`STANDS`, :data:`FAILS`, :data:`UNRESOLVED`, :data:`OUTSIDE`,
@@ -51,9 +53,13 @@ def place(kept: Any, rule: int, alpha: float) -> Any:
     if ended == STANDS and rule == SUPPORTED:
         item = grown.counts[ITEMS]
         ended, number = _supported(grown, below, alpha)
+    elif ended == STANDS and rule == BALANCED and _is_near_its_edge(grown, alpha):
+        ended, item = FAILS, grown.counts[ITEMS]
     if ended != STANDS:
         return ended, item, number
     join(grown, below, above)
+    if rule == BALANCED:
+        _draw_in_last(grown, alpha)
     if rule == CARRIED:
         item = _unsupported(grown)
         if item >= 0:
@@ -95,8 +101,12 @@ def stand(kept: Any, rule: int, alpha: float, positions: Any, endings: Any, firs
             return k
         if ended == STANDS and rule == SUPPORTED:
             ended, _ = _supported(grown, below, alpha)
+        elif ended == STANDS and rule == BALANCED and _is_near_its_edge(grown, alpha):
+            ended = FAILS
         elif ended == STANDS:
             join(grown, below, above)
+            if rule == BALANCED:
+                _draw_in_last(grown, alpha)
             if rule == CARRIED:
                 ended = FAILS if _unsupported(grown) >= 0 else STANDS
             else:
@@ -135,6 +145,25 @@ def _unsupported(grown: Growing) -> int:
         grown.counts[ITEMS] - 1, grown.contacts, grown.centres, grown.weights, grown.lower,
         grown.upper, grown.limits[6:11],
     )  # fmt: skip
+
+
+@compiled
+def _is_near_its_edge(grown: Growing, margin: float) -> bool:
+    """See :func:`steadyload.statics.kernels.balance.is_near_its_edge`, of the item looked at last."""
+    return margin > 0.0 and is_near_its_edge(
+        grown.counts[ITEMS], grown.contacts, grown.lower, grown.upper, grown.offsets, margin
+    )
+
+
+@compiled
+def _draw_in_last(grown: Growing, margin: float) -> None:
+    """Draw in the contact patches of the item that was joined last."""
+    if margin <= 0.0:
+        return
+    number, contacts = grown.counts[ITEMS] - 1, grown.contacts
+    draw_in(contacts.patches[contacts.starts[number] : contacts.ends[number]], margin)
+    for m in range(contacts.above_starts[number], contacts.above_ends[number]):
+        draw_in(contacts.patches[grown.meets[m] : grown.meets[m] + 1], margin)
 
 
 @compiled
