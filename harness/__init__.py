@@ -20,6 +20,7 @@ if __name__ != "steadyload":
 TYPE_CHECKING = False  # that of typing: nothing is imported, see steadyload.cli.interrupts
 if TYPE_CHECKING:
     from steadyload.app.checking import check as check
+    from steadyload.app.repairs import repair as repair
     from steadyload.app.viewing import write_view as view
     from steadyload.layouts.batch_files import read_batch as read_batch
     from steadyload.layouts.benchmark import load_benchmark as load_benchmark
@@ -61,6 +62,7 @@ _PUBLIC = {
     "make_method": "steadyload.methods.registry:make_method",
     "read": "steadyload.layouts.formats:read_layouts",
     "read_batch": "steadyload.layouts.batch_files:read_batch",
+    "repair": "steadyload.app.repairs:repair",
     "score": "steadyload.runs.scoring:score_layouts",
     "view": "steadyload.app.viewing:write_view",
 }
@@ -84,6 +86,7 @@ __all__ = [
     "make_method",
     "read",
     "read_batch",
+    "repair",
     "score",
     "view",
 ]

@@ -20,7 +20,16 @@ _LAYOUTS = {
 }  # fmt: skip
 _METHODS = {"methods", "engines", "statics", "time_limit", *_LAYOUTS}
 _RUNS = {"runs", "reports", *_METHODS}
-_LIBRARIES = {"labelling", "compilation", "tuning", "properties", "learners", "transport", *_RUNS}
+_LIBRARIES = {
+    "labelling",
+    "compilation",
+    "tuning",
+    "properties",
+    "learners",
+    "transport",
+    "repairing",
+    *_RUNS,
+}
 
 # Package below ``steadyload`` -> what of ours it may import. ``cli`` may import everything.
 ALLOWED = {
@@ -46,11 +55,12 @@ ALLOWED = {
     "runs": _RUNS,
     "gym": {"gym", *_METHODS},
     "transport": {"transport", *_METHODS},
+    "repairing": {"repairing", *_METHODS},
     "labelling": {"labelling", *_RUNS},
     "tuning": {"tuning", *_RUNS},
     "properties": {"properties", *_RUNS},
     "learners": {"learners", "compilation", *_RUNS},
-    "app": {"app", "reports", "transport", *_RUNS},
+    "app": {"app", "reports", "transport", "repairing", *_RUNS},
     "studies": {"studies", "app", "reports", *_LIBRARIES},
     "cli": {"cli", "studies", "app", "reports", *_LIBRARIES},
 }

@@ -24,6 +24,7 @@ if TYPE_CHECKING:  # so that editors know what each holds
     from steadyload.statics.kernels import constants as constants
     from steadyload.statics.kernels import contacts as contacts
     from steadyload.statics.kernels import convex_hull as convex_hull
+    from steadyload.statics.kernels import free_places as free_places
     from steadyload.statics.kernels import group_forces as group_forces
     from steadyload.statics.kernels import growing as growing
     from steadyload.statics.kernels import least_energy as least_energy

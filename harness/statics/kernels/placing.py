@@ -149,7 +149,7 @@ def _unsupported(grown: Growing) -> int:
 
 @compiled
 def _is_near_its_edge(grown: Growing, margin: float) -> bool:
-    """See :func:`steadyload.statics.kernels.balance.is_near_its_edge`, of the item looked at last."""
+    """See :func:`.kernels.balance.is_near_its_edge`, of the item looked at last."""
     return margin > 0.0 and is_near_its_edge(
         grown.counts[ITEMS], grown.contacts, grown.lower, grown.upper, grown.offsets, margin
     )

@@ -1,0 +1,141 @@
+"""Results of repairs: one a plan, as sentences and as records."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any
+
+from steadyload.app.answers import Check
+from steadyload.layouts.model.frame import Frame
+from steadyload.layouts.model.layout import Item, Layout
+from steadyload.notebook import ShownInNotebook
+from steadyload.repairing.changes import Change
+from steadyload.repairing.confirmed import Stopped
+
+
+class Outcome(StrEnum):
+    """Outcome of a repair.
+
+    ``unchanged``: the plan stands as it is. ``repaired``: a changed plan stands. ``not repaired``:
+    none was found. ``bad input``: the layout is not valid.
+    """
+
+    UNCHANGED = "unchanged"
+    REPAIRED = "repaired"
+    NOT_REPAIRED = "not repaired"
+    BAD_INPUT = "bad input"
+
+
+@dataclass(frozen=True, slots=True)
+class Repair(ShownInNotebook):
+    """The nearest plan that stands.
+
+    Attributes:
+        name: of the layout.
+        outcome: see :class:`Outcome`.
+        layout: the plan that stands, or the one that was given where none was found; None where
+            it is not valid.
+        origins: of every item of ``layout`` its step in the plan that was given.
+        changes: what differs, in words by :meth:`Change.sentence`.
+        left_out: the boxes that are left out, as they were.
+        judged_by: spec of the method that says so.
+        before: its answer on the plan that was given; None where that is not valid.
+        after: its answer on ``layout``; ``before`` where nothing was changed.
+        reason: why there is no plan that stands; else empty.
+        stopped: what ended the search.
+        seconds: CPU time.
+        file: that it was read from; empty for none.
+        frame: axes and unit of all sentences.
+    """
+
+    name: str
+    outcome: Outcome
+    layout: Layout | None
+    origins: tuple[int, ...] = ()
+    changes: tuple[Change, ...] = ()
+    left_out: tuple[Item, ...] = ()
+    judged_by: str = ""
+    before: Check | None = None
+    after: Check | None = None
+    reason: str = ""
+    stopped: Stopped = Stopped.DONE
+    seconds: float = 0.0
+    file: str = ""
+    frame: Frame = Frame()
+
+    @property
+    def stands(self) -> bool:
+        """Whether ``layout`` stands."""
+        return self.after is not None and self.after.stands
+
+    @property
+    def by_order_alone(self) -> bool:
+        """Whether it stands by another order of loading, every box at its place."""
+        reordered = self.outcome is Outcome.REPAIRED and not self.left_out
+        return reordered and not any(change.moved for change in self.changes)
+
+    @property
+    def moved(self) -> int:
+        """Number of boxes at another place."""
+        return sum(change.moved for change in self.changes)
+
+    @property
+    def distance_cm(self) -> float:
+        """How far these are moved, all together [cm]."""
+        return sum(change.distance_cm for change in self.changes)
+
+    @property
+    def sentence(self) -> str:
+        """The outcome in a few words."""
+        if self.outcome is Outcome.UNCHANGED:
+            return "stands as it is"
+        if self.outcome in (Outcome.NOT_REPAIRED, Outcome.BAD_INPUT):
+            return f"{self.outcome}: {self.reason}"
+        if self.by_order_alone:
+            return "stands by another order of loading alone"
+        said = [f"{_boxes(self.moved)} moved"] if self.moved else []
+        if self.left_out:
+            said.append(f"{_boxes(len(self.left_out))} left out")
+        reordered = sum(bool(change.before or change.after) for change in self.changes)
+        if reordered:
+            said.append(f"{_boxes(reordered)} loaded at another time")
+        return f"stands: {', '.join(said)}"
+
+    def __str__(self) -> str:
+        told = [change.sentence(self.frame) for change in self.changes]
+        return "; ".join([f"{self.name}: {self.sentence} [{self.judged_by}]", *told])
+
+    def to_dict(self) -> dict[str, Any]:
+        """The repair as values that JSON can hold, with units in the names."""
+        left = {change.step for change in self.changes if change.new_step is None}
+        return {
+            "layout": self.name,
+            "file": self.file,
+            "outcome": str(self.outcome),
+            "items": None if self.before is None else self.before.items,
+            "judged_by": self.judged_by,
+            "answer_before": None if self.before is None else str(self.before.answer),
+            "failing_step_before": _failing(self.before),
+            "answer_after": None if self.after is None else str(self.after.answer),
+            "by_order_alone": self.by_order_alone,
+            "boxes_moved": self.moved,
+            "distance_cm": round(self.distance_cm, 6),
+            "boxes_left_out": len(left),
+            "steps_left_out": sorted(left),
+            "changes": [
+                {**change.to_dict(), "sentence": change.sentence(self.frame)}
+                for change in self.changes
+            ],
+            "reason": self.reason,
+            "stopped": str(self.stopped),
+            "cpu_seconds": self.seconds,
+        }
+
+
+def _failing(answer: Check | None) -> int | None:
+    return None if answer is None or answer.verdict is None else answer.verdict.failing_step
+
+
+def _boxes(count: int) -> str:
+    return f"{count} box{'es' if count != 1 else ''}"

@@ -1,0 +1,318 @@
+"""Repair: from a plan that fails to the nearest one that stands."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+from steadyload.app.check_defaults import GAPS_CM
+from steadyload.app.checking import Check, check
+from steadyload.app.repair_results import Outcome as Outcome
+from steadyload.app.repair_results import Repair as Repair
+from steadyload.errors import UserError, nearest
+from steadyload.escaping import shown
+from steadyload.layouts.files.record import Refused
+from steadyload.layouts.model.frame import Frame
+from steadyload.layouts.model.layout import Layout, LayoutError, require_layout
+from steadyload.layouts.model.naming import box_label
+from steadyload.layouts.model.snapping import snap
+from steadyload.methods.contract.method import Method
+from steadyload.methods.registry import make_method
+from steadyload.numbers import number_within, seconds_allowed
+from steadyload.progress import Progress, silent
+from steadyload.repairing.changes import changes_between
+from steadyload.repairing.confirmed import (
+    Confirmation,
+    ConfirmedSearch,
+    Found,
+    changed_plan,
+)
+from steadyload.repairing.plan import Boxes, Kind
+from steadyload.runs.methods_here import method_named, use_methods
+from steadyload.runs.pool import PartLimit, SinglePart, run_units
+from steadyload.time_limit import cpu_clock
+
+ALLOWED = (Kind.ORDER, Kind.DROP, Kind.SHIFT, Kind.TURN, Kind.MOVE)
+"""What may change unless it is stated: all but leaving boxes out."""
+
+SHIFT_CM = 30.0
+"""How far a box that is shifted may move sideways [cm], where it may not move anywhere."""
+
+SECONDS = 10.0
+"""CPU seconds that the search may take unless another limit is given."""
+
+_PATIENCE = 5.0
+"""CPU seconds that a process is given beyond three times that limit."""
+
+
+class RepairError(UserError):
+    """An option of a repair that is not allowed: says which, and what is."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class RepairOptions:
+    """How plans are repaired.
+
+    Attributes:
+        allow: what may change, words of :class:`Kind`.
+        method: that confirms what stands, or its spec; None as of :func:`steadyload.check`.
+        shift_cm: how far ``shift`` may move a box sideways [cm], 0 or more.
+        seconds: CPU time that may be taken, above 0; the best plan that was confirmed by then
+            counts. So it does after Ctrl-C.
+        seed: of random choices, 0 or more: the same one finds the same plan, unless the time ends
+            the search.
+        gaps_cm: see :func:`steadyload.check`; boxes that may come down and drop by less are put
+            down where nothing else helps.
+        frame: axes and unit of the sentences.
+
+    Raises:
+        RepairError: there is no such change, or a number is not allowed.
+        NumberError: the time is no finite number above 0.
+        SpecError: there is no such method.
+    """
+
+    allow: Collection[Kind | str] = ALLOWED
+    method: str | Method | None = None
+    shift_cm: float = SHIFT_CM
+    seconds: float = SECONDS
+    seed: int = 0
+    gaps_cm: float = GAPS_CM
+    frame: Frame = Frame()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "allow", _kinds(self.allow))
+        number_within("shift_cm", self.shift_cm, 0.0, unit="[cm]", error=RepairError)
+        seconds_allowed(self.seconds)
+        if type(self.seed) is not int or self.seed < 0:
+            raise RepairError(f"seed is {shown(self.seed)}; allowed: 0, 1, 2, ...")
+
+    @property
+    def kinds(self) -> frozenset[Kind]:
+        """Changes that may be made."""
+        return _kinds(self.allow)
+
+    def judge(self, layout: Layout) -> Check:
+        """The answer of the method that confirms."""
+        return check(layout, self.method, gaps_cm=self.gaps_cm, frame=self.frame)
+
+
+def repair(
+    layout: Layout,
+    allow: Collection[Kind | str] = ALLOWED,
+    *,
+    method: str | Method | None = None,
+    shift_cm: float = SHIFT_CM,
+    seconds: float = SECONDS,
+    seed: int = 0,
+    gaps_cm: float = GAPS_CM,
+    frame: Frame | None = None,
+) -> Repair:
+    """The nearest plan that stands: fewest boxes left out, then fewest moved, then least far.
+
+    Another order of loading is tried first. Boxes stay inside the contour, overlap nothing, keep
+    their upper side up, bear no more than they may, and are let down from above. The search asks
+    for balance with a margin; whether the result stands is for ``method`` to say.
+
+    Args:
+        layout: the plan, in the order of loading.
+        allow: see :class:`RepairOptions`, as all that follow.
+        method: likewise.
+        shift_cm: likewise.
+        seconds: likewise.
+        seed: likewise.
+        gaps_cm: likewise.
+        frame: likewise.
+
+    Raises:
+        as :class:`RepairOptions` and :func:`steadyload.check`.
+    """
+    options = RepairOptions(
+        allow=allow, method=make_method(method) if isinstance(method, str) else method,
+        shift_cm=shift_cm, seconds=seconds, seed=seed, gaps_cm=gaps_cm, frame=frame or Frame(),
+    )  # fmt: skip
+    require_layout(layout)
+    clock = cpu_clock()
+    begun = clock()
+    found = _repaired(layout, options)
+    return replace(found, seconds=clock() - begun)
+
+
+def _repaired(layout: Layout, options: RepairOptions) -> Repair:
+    """See :func:`repair`."""
+    before, allowed = options.judge(layout), options.kinds
+    same = Repair(
+        layout.name, Outcome.UNCHANGED, layout, tuple(range(len(layout))),
+        judged_by=before.method, before=before, after=before, frame=options.frame,
+    )  # fmt: skip
+    if before.stands:
+        return same
+    closed = snap(layout, options.gaps_cm) if Kind.DROP in allowed else layout
+    boxes = Boxes(closed)
+    found = ConfirmedSearch(
+        boxes, allowed, options.shift_cm, options.seed,
+        lambda plan: _confirmation(options.judge(plan)), options.seconds,
+    ).run()  # fmt: skip
+    if found.attempt is None:
+        reason = _why_not(layout, found, allowed, options.seconds)
+        return replace(same, outcome=Outcome.NOT_REPAIRED, reason=reason, stopped=found.stopped)
+    origins = found.attempt.order
+    changed = changed_plan(boxes, found.attempt)
+    after = options.judge(changed)
+    raised = None if closed is layout else _raised(layout, closed, changed, origins)
+    if raised is not None and (again := options.judge(raised)).stands:
+        changed, after = raised, again
+    return replace(
+        same,
+        outcome=Outcome.REPAIRED,
+        layout=changed,
+        origins=origins,
+        changes=changes_between(layout, changed, origins),
+        left_out=tuple(item for step, item in enumerate(layout.items) if step not in origins),
+        after=after,
+        stopped=found.stopped,
+    )
+
+
+def _kinds(allow: Collection[Kind | str]) -> frozenset[Kind]:
+    """The changes that words name.
+
+    Raises:
+        RepairError: there is no such change, or none is allowed.
+    """
+    if isinstance(allow, str) or not allow:
+        raise RepairError(f"allow is {shown(allow)}; allowed: one or more of {', '.join(Kind)}")
+    for word in allow:
+        if word not in list(Kind):
+            raise RepairError(f"allow has {shown(word)}; {nearest(str(word), list(Kind))}")
+    return frozenset(map(Kind, allow))
+
+
+def _confirmation(answer: Check) -> Confirmation:
+    """A judge's answer on a changed plan, for the search."""
+    said, crushed = answer.verdict, answer.crushed
+    steps: list[int | None] = []
+    if crushed is not None:
+        steps += [crushed.step, crushed.item]
+    elif said is not None and said.failing_step is not None:
+        steps += [said.failing_step, said.item_at_fault]
+    elif answer.hovering and answer.gap is not None:
+        steps.append(answer.gap.item)
+    return Confirmation(answer.stands, tuple(sorted({step for step in steps if step is not None})))
+
+
+def _raised(
+    layout: Layout, closed: Layout, changed: Layout, origins: Sequence[int]
+) -> Layout | None:
+    """The changed plan with boxes that nothing else was done to at their old heights again.
+
+    Args:
+        layout: the plan that was given.
+        closed: the same with small gaps closed.
+        changed: what the search made of that.
+        origins: of the items of ``changed`` the steps in the others.
+
+    Returns:
+        None where that is no valid plan.
+    """
+    items = [
+        replace(item, position=layout.items[step].position)
+        if (item.position, item.size) == (closed.items[step].position, closed.items[step].size)
+        else item
+        for item, step in zip(changed.items, origins, strict=True)
+    ]
+    try:
+        return Layout(layout.name, layout.pallet, tuple(items))
+    except LayoutError:
+        return None
+
+
+def _why_not(layout: Layout, found: Found, allowed: Collection[Kind], seconds: float) -> str:
+    """Why no plan was found, in a sentence."""
+    words = ", ".join(kind for kind in Kind if kind in allowed)
+    if found.nearest is None:
+        return f"no plan was found within {seconds:g} s of CPU time"
+    left = [step for step, place in enumerate(found.nearest.places) if place is None]
+    if not left:
+        return f"of {found.judged} changed plans none was confirmed (allowed changes: {words})"
+    box = box_label(left[0], layout.items[left[0]].name)
+    others = f", nor have {len(left) - 1} others" if len(left) > 1 else ""
+    free = "place where it stands" if set(allowed) - {Kind.ORDER} else "turn at which it stands"
+    return (
+        f"{box} has no free {free}{others} (allowed changes: {words}); with leave the others "
+        "may stand without them"
+    )
+
+
+def repair_all(
+    entries: Sequence[tuple[str, Layout | Refused]],
+    options: RepairOptions,
+    *,
+    workers: int = 1,
+    progress: Progress = silent,
+) -> list[Repair]:
+    """Repair several plans, in their order; one that is not valid is an outcome, too.
+
+    Args:
+        entries: as :func:`steadyload.runs.scoring.read_entries` gives them.
+        options: of all repairs.
+        workers: processes; 0 repairs in this one.
+        progress: called with the plans done and those in all.
+
+    Raises:
+        as :func:`repair`.
+        WorkerDiedError: see :func:`steadyload.runs.pool.run_units`.
+    """
+    if options.method is not None:
+        method = options.method
+        named = make_method(method) if isinstance(method, str) else method
+        use_methods([named])
+        named.prepare()
+        options = replace(options, method=str(named.spec))
+    found: list[Repair | None] = [None] * len(entries)
+    units = []
+    for place, (file, entry) in enumerate(entries):
+        if isinstance(entry, Layout):
+            units.append(_Unit(place, entry, options))
+        else:
+            found[place] = Repair(
+                entry.name, Outcome.BAD_INPUT, None, reason=str(entry.error), file=file,
+                frame=options.frame,
+            )  # fmt: skip
+    done = len(entries) - len(units)
+    progress(done, len(entries))
+    for unit, [one] in run_units(
+        _repair, units, workers=min(workers, len(units)), crashed=_lost,
+        limit=PartLimit(3.0 * options.seconds + _PATIENCE, _lost),
+    ):  # fmt: skip
+        found[unit.place] = replace(one, file=entries[unit.place][0])
+        done += 1
+        progress(done, len(entries))
+    return [one for one in found if one is not None]
+
+
+@dataclass(frozen=True)
+class _Unit(SinglePart):
+    """A unit of work: one plan. ``place``: in the list of all."""
+
+    place: int
+    layout: Layout
+    options: RepairOptions
+
+    def describe(self, part: int) -> str:
+        return f"the repair of {self.layout.name!r}"
+
+
+def _repair(unit: _Unit) -> Iterator[Repair]:
+    options = unit.options
+    if isinstance(options.method, str):
+        options = replace(options, method=method_named(options.method))
+    clock = cpu_clock()
+    begun = clock()
+    yield replace(_repaired(unit.layout, options), seconds=clock() - begun)
+
+
+def _lost(unit: _Unit, _: int, reason: str) -> Repair:
+    return Repair(
+        unit.layout.name, Outcome.NOT_REPAIRED, unit.layout, tuple(range(len(unit.layout))),
+        reason=reason, frame=unit.options.frame,
+    )  # fmt: skip

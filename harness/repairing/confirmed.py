@@ -1,0 +1,194 @@
+"""The nearest plan that stands by the word of another judge than the search."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+from dataclasses import dataclass
+from enum import StrEnum
+
+from steadyload.layouts.model.growing import numbered
+from steadyload.layouts.model.layout import Layout
+from steadyload.repairing.plan import Boxes, Kind, Worth
+from steadyload.repairing.search import OF_MOVED, Attempt, Search
+from steadyload.time_limit import TimeLimit, TimeoutExpiredError
+
+MARGINS = (0.05, OF_MOVED, 1.0, 2.0, 4.0)
+"""Margins of balance [cm]: a box at fault gets the next larger one."""
+
+_PATIENCE, _WITH_BOXES_LEFT = 60, 400
+"""Tries without a better plan after which the search ends: where all boxes are kept, and else."""
+
+_CORRECTIONS = 25
+"""Plans that are corrected one after the other until one is confirmed, at most."""
+
+_NEARER = 0.01
+"""Share of the distance by which a plan that differs in nothing else has to be nearer."""
+
+
+class Stopped(StrEnum):
+    """End of a search: nothing better was found any more, the time was up, or a user ended it."""
+
+    DONE = "done"
+    TIME = "time"
+    INTERRUPTED = "interrupted"
+
+
+@dataclass(frozen=True)
+class Confirmation:
+    """Answer of the judge on a changed plan.
+
+    Attributes:
+        stands: it does.
+        at_fault: steps of the boxes at fault; empty where it stands, or where none is known.
+    """
+
+    stands: bool
+    at_fault: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True)
+class Found:
+    """Result of a search.
+
+    Attributes:
+        attempt: the nearest plan that was confirmed; None where none was.
+        nearest: the best plan that was not, where none was; None where none was searched.
+        stopped: what ended the search.
+        tried: plans that were searched.
+        judged: plans that the judge was given.
+    """
+
+    attempt: Attempt | None
+    nearest: Attempt | None
+    stopped: Stopped
+    tried: int
+    judged: int
+
+
+def changed_plan(boxes: Boxes, attempt: Attempt) -> Layout:
+    """The layout of an attempt, under the name of the plan."""
+    items = []
+    for step, box in enumerate(attempt.order):
+        place = attempt.places[box]
+        assert place is not None, "what is in the order is kept"
+        items.append(numbered(boxes.item(box, place), step))
+    return Layout(boxes.layout.name, boxes.layout.pallet, tuple(items))
+
+
+class ConfirmedSearch:
+    """Searches, has the judge confirm what is better, and corrects what it does not confirm.
+
+    Args:
+        boxes: of the plan.
+        allowed: what may change.
+        shift_cm: how far a box that is shifted may move sideways.
+        seed: of random choices.
+        judge: says whether a changed plan stands.
+        seconds: CPU time of the search, the judge's included.
+    """
+
+    def __init__(
+        self,
+        boxes: Boxes,
+        allowed: Collection[Kind],
+        shift_cm: float,
+        seed: int,
+        judge: Callable[[Layout], Confirmation],
+        seconds: float,
+    ) -> None:
+        self._boxes, self._allowed, self._judge = boxes, allowed, judge
+        self._search = Search(boxes, allowed, shift_cm, seed, lambda: self._limit.check())
+        self._limit = TimeLimit(seconds, "repair")  # after compiled code was loaded
+        self._tried = self._judged = 0
+        self._best: Attempt | None = None
+        self._base: Attempt | None = None
+
+    def run(self) -> Found:
+        """Search until nothing better is found, the time is up, or a user interrupts.
+
+        Raises:
+            KeyboardInterrupt: before any plan was confirmed.
+        """
+        stopped = Stopped.DONE
+        try:
+            self._run()
+        except TimeoutExpiredError:
+            stopped = Stopped.TIME
+        except KeyboardInterrupt:
+            if self._best is None:
+                raise
+            stopped = Stopped.INTERRUPTED
+        nearest = self._base if self._best is None else None
+        return Found(self._best, nearest, stopped, self._tried, self._judged)
+
+    def _run(self) -> None:
+        self._tried += 1
+        first = self._search.complete(self._boxes.planned)
+        assert first is not None, "a search without a bound gives up nothing"
+        self._base = first
+        self._take(first)
+        stalled = 0
+        while self._base.worth.moved + self._base.worth.left > 0:
+            start = self._search.neighbour(self._base)
+            self._tried += 1
+            found = self._search.complete(start, self._base.worth)
+            if found is not None and _is_better(found.worth, self._base.worth):
+                stalled = 0 if self._take(found) else stalled + 1
+            else:
+                stalled += 1
+            if stalled > (_WITH_BOXES_LEFT if self._base.worth.left else _PATIENCE):
+                return
+
+    def _take(self, attempt: Attempt) -> bool:
+        """Go on from an attempt, or from what corrections make of it; False: it is no better."""
+        if attempt.worth.left and Kind.LEAVE not in self._allowed:
+            self._base = attempt
+            return True
+        confirmed = self._corrected(attempt)
+        if confirmed is None:
+            return False
+        self._best = self._base = confirmed
+        return True
+
+    def _corrected(self, attempt: Attempt) -> Attempt | None:
+        """The attempt once the judge confirms it, boxes at fault moved; None: it is not better."""
+        for _ in range(_CORRECTIONS):
+            self._judged += 1
+            confirmation = self._judge(changed_plan(self._boxes, attempt))
+            if confirmation.stands:
+                return attempt
+            self._ask_for_more(attempt, confirmation)
+            self._tried += 1
+            bound = None if self._best is None else self._best.worth
+            corrected = self._search.complete(attempt.places, bound)
+            if corrected is None:
+                return None
+            if corrected.worth.left and Kind.LEAVE not in self._allowed:
+                return None
+            attempt = corrected
+        return None
+
+    def _ask_for_more(self, attempt: Attempt, confirmation: Confirmation) -> None:
+        """Give boxes at fault, or all where none is known, the next larger margin.
+
+        A place at which a box is at fault with the largest one is not taken any more.
+        """
+        steps = confirmation.at_fault or range(len(attempt.order))
+        for box in {attempt.order[step] for step in steps}:
+            place = attempt.places[box]
+            assert place is not None, "it is loaded"
+            is_planned = place == self._boxes.planned[box]
+            margins = self._search.margins
+            now = margins[box] if is_planned else max(margins[box], OF_MOVED)
+            larger = [margin for margin in MARGINS if margin > now]
+            if larger:
+                margins[box] = larger[0]
+            else:
+                self._search.refused.add((box, place))
+
+
+def _is_better(new: Worth, old: Worth) -> bool:
+    """Whether a plan is worth being judged."""
+    if (new.left, new.volume, new.moved) != (old.left, old.volume, old.moved):
+        return new < old
+    return new.distance < (1.0 - _NEARER) * old.distance

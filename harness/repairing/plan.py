@@ -1,0 +1,161 @@
+"""The boxes of a plan, places of boxes, and the cost of a changed plan."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from steadyload.layouts.model.layout import TOLERANCE, FloatArray, Item, Layout, Vector
+
+
+class Kind(StrEnum):
+    """A way in which a plan may change.
+
+    ``order``: the sequence of loading. ``drop``: a box comes straight down. ``shift``: a box moves
+    sideways, within a distance, and stays at its height or comes down. ``turn``: a box is turned by
+    a quarter about the vertical; its upper side stays up. ``move``: a box is put anywhere.
+    ``leave``: a box is left out.
+    """
+
+    ORDER = "order"
+    DROP = "drop"
+    SHIFT = "shift"
+    TURN = "turn"
+    MOVE = "move"
+    LEAVE = "leave"
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where a box is put: its lower corner [cm], and whether it is turned by a quarter."""
+
+    position: Vector
+    turned: bool = False
+
+
+@dataclass(frozen=True, order=True, slots=True)
+class Worth:
+    """Cost of a changed plan; the smaller the better, the first number first.
+
+    Attributes:
+        left: boxes that are left out.
+        volume: of these [cm3].
+        moved: boxes at another place.
+        distance: that these are moved, all together [cm].
+        reordered: boxes that are loaded at another time, at least.
+    """
+
+    left: int
+    volume: float
+    moved: int
+    distance: float
+    reordered: int
+
+
+class Boxes:
+    """The boxes of a plan, by their steps in it.
+
+    Args:
+        layout: the plan.
+
+    Attributes:
+        layout: the plan.
+        limited: some box states what it may bear.
+    """
+
+    def __init__(self, layout: Layout) -> None:
+        self.layout = layout
+        self.limited = any(item.max_load is not None for item in layout.items)
+        self._turned: dict[int, Item] = {}
+
+    def __len__(self) -> int:
+        return len(self.layout)
+
+    @cached_property
+    def planned(self) -> tuple[Place, ...]:
+        """Where they are in the plan."""
+        return tuple(Place(item.position) for item in self.layout.items)
+
+    @cached_property
+    def volumes(self) -> FloatArray:
+        """[cm3], shape (J,)."""
+        found: FloatArray = self.layout.sizes.prod(axis=1)
+        return found
+
+    @cached_property
+    def limits(self) -> FloatArray:
+        """The contour (lower, upper) and the deck (x0, z0, x1, z1) [cm], shape (10,)."""
+        pallet = self.layout.pallet
+        low, high = pallet.contour
+        return np.array([*low, *high, 0.0, 0.0, pallet.width, pallet.depth])
+
+    def item(self, box: int, place: Place) -> Item:
+        """A box at a place."""
+        own = self.turned(box) if place.turned else self.layout.items[box]
+        return own if own.position == place.position else replace(own, position=place.position)
+
+    def turned(self, box: int) -> Item:
+        """A box turned by a quarter about the vertical through its centre, with its contents."""
+        if box not in self._turned:
+            own = self.layout.items[box]
+            (width, height, depth), (x, y, z) = own.size, own.mass_offset
+            self._turned[box] = replace(
+                own, size=(depth, height, width), mass_offset=(z, y, -x if x else 0.0)
+            )
+        return self._turned[box]
+
+    def distance(self, box: int, place: Place) -> float:
+        """How far the centre of a box comes to be from where it was in the plan [cm]."""
+        own, there = self.layout.items[box], self.item(box, place)
+        far = [
+            (b + 0.5 * t) - (a + 0.5 * s)
+            for a, s, b, t in zip(own.position, own.size, there.position, there.size, strict=True)
+        ]
+        return float(np.sqrt(np.dot(far, far)))
+
+    def worth(self, places: Sequence[Place | None], order: Sequence[int]) -> Worth:
+        """The cost of a changed plan.
+
+        Args:
+            places: by box; None for one that is left out.
+            order: the boxes that are kept, as they are loaded.
+        """
+        left = [box for box, place in enumerate(places) if place is None]
+        far = [
+            self.distance(box, place)
+            for box, place in enumerate(places)
+            if place is not None and place != self.planned[box]
+        ]
+        return Worth(
+            len(left), round(float(self.volumes[left].sum()), 6), len(far), round(sum(far), 6),
+            len(order) - len(kept_in_order(order)),
+        )  # fmt: skip
+
+
+def boxes_over(low: FloatArray, high: FloatArray, item: Item) -> NDArray[np.intp]:
+    """Boxes with these corners that one which is let down to its place would meet, by number."""
+    lower = np.array(item.position)
+    upper = lower + item.size
+    shared = np.minimum(high, upper)[:, ::2] - np.maximum(low, lower)[:, ::2]
+    return np.flatnonzero((shared > TOLERANCE).all(axis=1) & (low[:, 1] >= upper[1] - TOLERANCE))
+
+
+def kept_in_order(order: Sequence[int]) -> list[int]:
+    """A longest part of a sequence in which numbers ascend: the boxes that need no other time."""
+    ends: list[int] = []  # place in `order` of the smallest last number of a part of each length
+    before = [-1] * len(order)
+    for place, box in enumerate(order):
+        length = int(np.searchsorted([order[end] for end in ends], box))
+        before[place] = ends[length - 1] if length else -1
+        ends[length : length + 1] = [place]
+    found: list[int] = []
+    place = ends[-1] if ends else -1
+    while place >= 0:
+        found.append(order[place])
+        place = before[place]
+    return found[::-1]
