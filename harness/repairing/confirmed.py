@@ -18,6 +18,9 @@ MARGINS = (0.05, OF_MOVED, 1.0, 2.0, 4.0)
 _PATIENCE, _WITH_BOXES_LEFT = 60, 400
 """Tries without a better plan after which the search ends: where all boxes are kept, and else."""
 
+_OF_FEW = 3000
+"""More of these, divided by the number of boxes: tries with few boxes take little time."""
+
 _CORRECTIONS = 25
 """Plans that are corrected one after the other until one is confirmed, at most."""
 
@@ -125,48 +128,60 @@ class ConfirmedSearch:
         self._tried += 1
         first = self._search.complete(self._boxes.planned)
         assert first is not None, "a search without a bound gives up nothing"
-        self._base = first
-        self._take(first)
+        self._base = self._corrected(first)
         stalled = 0
-        while self._base.worth.moved + self._base.worth.left > 0:
-            start = self._search.neighbour(self._base)
+        while self._base.worth.moved + self._base.worth.left > 0 and stalled <= self._patience():
+            stalled += 1
+            start, bound = self._search.neighbour(self._base), self._bound()
             self._tried += 1
-            found = self._search.complete(start, self._base.worth)
-            if found is not None and _is_better(found.worth, self._base.worth):
-                stalled = 0 if self._take(found) else stalled + 1
-            else:
-                stalled += 1
-            if stalled > (_WITH_BOXES_LEFT if self._base.worth.left else _PATIENCE):
-                return
+            found = self._search.complete(start, bound)
+            if found is None or (bound is not None and not _is_better(found.worth, bound)):
+                continue
+            corrected = self._corrected(found)
+            if bound is None or corrected.worth < bound:
+                stalled, self._base = 0, corrected
+        self._tried += 1
+        nearer = self._search.nearer(self._base)
+        if _is_better(nearer.worth, self._base.worth):
+            self._corrected(nearer)
 
-    def _take(self, attempt: Attempt) -> bool:
-        """Go on from an attempt, or from what corrections make of it; False: it is no better."""
-        if attempt.worth.left and Kind.LEAVE not in self._allowed:
-            self._base = attempt
-            return True
-        confirmed = self._corrected(attempt)
-        if confirmed is None:
-            return False
-        self._best = self._base = confirmed
-        return True
+    def _bound(self) -> Worth | None:
+        """What a plan has to be better than; None: anything that is confirmed would be."""
+        assert self._base is not None, "the search has begun"
+        return self._base.worth if self._best is not None or self._lacks(self._base) else None
 
-    def _corrected(self, attempt: Attempt) -> Attempt | None:
-        """The attempt once the judge confirms it, boxes at fault moved; None: it is not better."""
+    def _lacks(self, attempt: Attempt) -> bool:
+        """Whether boxes are left out that have to be kept."""
+        return attempt.worth.left > 0 and Kind.LEAVE not in self._allowed
+
+    def _patience(self) -> int:
+        """Tries without a better plan after which the search ends."""
+        assert self._base is not None, "the search has begun"
+        least = _WITH_BOXES_LEFT if self._base.worth.left else _PATIENCE
+        return least + _OF_FEW // len(self._boxes)
+
+    def _corrected(self, attempt: Attempt) -> Attempt:
+        """The attempt with boxes at fault moved until the judge confirms it, or it is no better.
+
+        What is confirmed is the best plan so far.
+        """
         for _ in range(_CORRECTIONS):
+            if self._lacks(attempt):
+                break
             self._judged += 1
             confirmation = self._judge(changed_plan(self._boxes, attempt))
             if confirmation.stands:
-                return attempt
+                self._best = attempt
+                break
             self._ask_for_more(attempt, confirmation)
             self._tried += 1
             bound = None if self._best is None else self._best.worth
             corrected = self._search.complete(attempt.places, bound)
             if corrected is None:
-                return None
-            if corrected.worth.left and Kind.LEAVE not in self._allowed:
-                return None
+                assert self._best is not None, "there is a bound"
+                return self._best
             attempt = corrected
-        return None
+        return attempt
 
     def _ask_for_more(self, attempt: Attempt, confirmation: Confirmation) -> None:
         """Give boxes at fault, or all where none is known, the next larger margin.

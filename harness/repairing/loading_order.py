@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from steadyload.layouts.model.layout import FloatArray, Item
 from steadyload.repairing.mask import Mask
-from steadyload.repairing.plan import Boxes, Place, boxes_over
+from steadyload.repairing.plan import Boxes, Place
+from steadyload.statics import kernels
 
 
 class Loaded(NamedTuple):
@@ -123,8 +124,8 @@ class LoadingOrder:
 
     def _reachable(self, box: int, item: Item) -> bool:
         """Whether the box can be let down to its place."""
-        low, high = self._mask.corners
-        in_the_way = boxes_over(low, high, item)
+        lower = np.array(item.position)
+        in_the_way = kernels.free_places.boxes_over(*self._mask.corners, lower, lower + item.size)
         if not len(in_the_way):
             return True
         if not self._is_planned(box):

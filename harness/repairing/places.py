@@ -46,6 +46,8 @@ class Places:
             return np.empty((0, 3)), np.empty(0), []
         lower = np.array([i.position for i in others], dtype=float).reshape(-1, 3)
         upper = lower + np.array([i.size for i in others], dtype=float).reshape(-1, 3)
+        centres = 0.5 * (lower + upper)
+        centres += np.array([i.mass_offset for i in others], dtype=float).reshape(-1, 3)
         planned = self._boxes.layout.items[box]
         middle = np.array(planned.position) + 0.5 * np.array(planned.size)
         levels = np.unique(np.concatenate(([0.0], upper[:, 1])))
@@ -57,7 +59,7 @@ class Places:
             if item is planned:
                 start = np.array(planned.position)
             made = kernels.free_places.free_places(
-                lower, upper, size, 0.5 * size + item.mass_offset, start, margin,
+                lower, upper, centres, size, 0.5 * size + item.mass_offset, start, margin,
                 self._boxes.limits, levels, _MOST,
             )  # fmt: skip
             made = made[self._may_be(made - start)]

@@ -8,9 +8,8 @@ from enum import StrEnum
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-from steadyload.layouts.model.layout import TOLERANCE, FloatArray, Item, Layout, Vector
+from steadyload.layouts.model.layout import FloatArray, Item, Layout, Vector
 
 
 class Kind(StrEnum):
@@ -72,6 +71,7 @@ class Boxes:
         self.layout = layout
         self.limited = any(item.max_load is not None for item in layout.items)
         self._turned: dict[int, Item] = {}
+        self._items: dict[tuple[int, Place], Item] = {}
 
     def __len__(self) -> int:
         return len(self.layout)
@@ -96,8 +96,11 @@ class Boxes:
 
     def item(self, box: int, place: Place) -> Item:
         """A box at a place."""
-        own = self.turned(box) if place.turned else self.layout.items[box]
-        return own if own.position == place.position else replace(own, position=place.position)
+        found = self._items.get((box, place))
+        if found is None:
+            own = self.turned(box) if place.turned else self.layout.items[box]
+            found = self._items[box, place] = replace(own, position=place.position)
+        return found
 
     def turned(self, box: int) -> Item:
         """A box turned by a quarter about the vertical through its centre, with its contents."""
@@ -135,14 +138,6 @@ class Boxes:
             len(left), round(float(self.volumes[left].sum()), 6), len(far), round(sum(far), 6),
             len(order) - len(kept_in_order(order)),
         )  # fmt: skip
-
-
-def boxes_over(low: FloatArray, high: FloatArray, item: Item) -> NDArray[np.intp]:
-    """Boxes with these corners that one which is let down to its place would meet, by number."""
-    lower = np.array(item.position)
-    upper = lower + item.size
-    shared = np.minimum(high, upper)[:, ::2] - np.maximum(low, lower)[:, ::2]
-    return np.flatnonzero((shared > TOLERANCE).all(axis=1) & (low[:, 1] >= upper[1] - TOLERANCE))
 
 
 def kept_in_order(order: Sequence[int]) -> list[int]:

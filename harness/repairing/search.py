@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from steadyload.layouts.model.layout import FloatArray, Item
+from steadyload.layouts.model.layout import TOLERANCE, FloatArray, Item
 from steadyload.repairing.loading_order import LoadingOrder
 from steadyload.repairing.places import Places
 from steadyload.repairing.plan import Boxes, Kind, Place, Worth
@@ -15,11 +15,21 @@ from steadyload.repairing.plan import Boxes, Kind, Place, Worth
 MARGIN, OF_MOVED = 0.05, 0.5
 """Margins of balance [cm] of boxes at their places in the plan, and of moved ones, at first."""
 
-_AT_ONCE = 64
-"""Places that are looked at in one call."""
+_AT_FIRST, _AT_ONCE = 16, 64
+"""Places that are looked at in the first call, and in each of the next."""
 
 _LOOKED_AT = 1500
 """Places of a box that are looked at, at most."""
+
+_STEPS, _NEAR = 0.4, 0.05
+"""Of geometric distributions: of how many boxes are put back, and of which of the nearest places of
+a box is taken."""
+
+_TRIED_NEARER = 24
+"""Places of a box, nearer than where it is, that are tried in the end."""
+
+_FINEST = 0.05
+"""A box that is slid towards its place in the plan ends so near to where it would fall [cm]."""
 
 _TRIED = 4
 """Places at which a box stands that are tried with all other boxes."""
@@ -98,18 +108,94 @@ class Search:
         order = self._loading.load(now, self._margins_of(now)).order
         return Attempt(tuple(now), order, self._boxes.worth(now, order))
 
-    def neighbour(self, best: Attempt) -> list[Place | None]:
-        """Places to start from: some boxes of a plan are put back, and one is put elsewhere."""
+    def nearer(self, attempt: Attempt) -> Attempt:
+        """The same with each moved box put as near to its place in the plan as all others allow."""
         planned = self._boxes.planned
+        moved = [box for box in attempt.order if attempt.places[box] != planned[box]]
+        for box in moved:
+            for place in self._nearer_places(box, attempt.places):
+                self._check_time()
+                attempt = self._with_place(attempt, box, place) or attempt
+            for axis in (0, 2):
+                attempt = self._pulled(attempt, box, axis)
+        return attempt
+
+    def _nearer_places(self, box: int, places: Sequence[Place | None]) -> list[Place]:
+        """Free places of a box that are nearer than where it is, the nearest last."""
+        place = places[box]
+        assert place is not None, "the box is kept"
+        margin = max(OF_MOVED, float(self.margins[box]))
+        found, far, turned = self._places.of(box, self._items(places, {box}), margin)
+        nearer = np.flatnonzero(far < self._boxes.distance(box, place) - 1e-6)
+        made = [_place(found[k], turned[k]) for k in nearer[-_TRIED_NEARER:]]
+        return [other for other in made if other != self._boxes.planned[box]][::-1]
+
+    def _pulled(self, attempt: Attempt, box: int, axis: int) -> Attempt:
+        """The attempt with a box slid along an axis towards the plan as far as it stands."""
+        place = attempt.places[box]
+        assert place is not None, "the box is kept"
+        was, now = self._boxes.layout.items[box], self._boxes.item(box, place)
+        goal = was.position[axis] + 0.5 * (was.size[axis] - now.size[axis])
+        way, share, step = goal - now.position[axis], 0.0, 1.0
+        while abs(way) * step > _FINEST:
+            self._check_time()
+            position = list(now.position)
+            position[axis] = round(now.position[axis] + (share + step) * way, 3)
+            x, y, z = position
+            found = self._with_place(attempt, box, Place((x, y, z), place.turned))
+            if found is not None:
+                attempt, share = found, share + step
+            if share == 1.0:
+                break
+            step *= 0.5
+        return attempt
+
+    def _with_place(self, attempt: Attempt, box: int, place: Place) -> Attempt | None:
+        """The attempt with a box elsewhere; None where that is no better, or a box is stuck."""
+        if (box, place) in self.refused:
+            return None
+        places = (*attempt.places[:box], place, *attempt.places[box + 1 :])
+        loaded = self._loading.load(places, self._margins_of(places))
+        worth = self._boxes.worth(places, loaded.order)
+        if loaded.stuck or worth >= attempt.worth:
+            return None
+        return Attempt(places, loaded.order, worth)
+
+    def neighbour(self, best: Attempt) -> list[Place | None]:
+        """Places to start from: changed boxes about one of them are put back, and others moved."""
+        draw, planned = self._random, self._boxes.planned
         changed = [b for b, place in enumerate(best.places) if place != planned[b]]
+        centres = 0.5 * (self._boxes.layout.lower + self._boxes.layout.upper)
+        chosen = int(draw.choice(changed))
+        changed.sort(key=lambda box: float(np.abs(centres[box] - centres[chosen]).sum()))
         start = list(best.places)
-        count = 1 + int(self._random.integers(min(3, len(changed))))
-        picked = self._random.choice(changed, count, replace=False).tolist()
-        for box in picked:
+        for box in changed[: int(draw.geometric(_STEPS))]:
             start[box] = planned[box]
-        if self._random.random() < 0.7:
-            self._push_aside(picked[0], start)
+        way = draw.random()
+        if way < 0.4:
+            self._push_below(chosen, start)
+        elif way < 0.8:
+            for _ in range(int(draw.integers(1, 3))):
+                self._push_aside(chosen, start)
         return start
+
+    def _push_below(self, box: int, places: list[Place | None]) -> None:
+        """Put another box, if one may be there, below one that is at its place in the plan."""
+        boxes, draw = self._boxes, self._random
+        kept = [b for b, place in enumerate(places) if place is not None and b != box]
+        if not kept:
+            return
+        other = int(draw.choice(kept))
+        found, _, turned = self._places.of(other, self._items(places, {other}), OF_MOVED)
+        sizes = np.array([boxes.layout.sizes[other], boxes.turned(other).size])
+        tops = found + sizes[np.array(turned, dtype=int)]
+        low, high = boxes.layout.lower[box], boxes.layout.upper[box]
+        below = np.abs(tops[:, 1] - low[1]) <= TOLERANCE
+        below &= (np.minimum(tops, high) - np.maximum(found, low))[:, ::2].min(axis=1) > TOLERANCE
+        at = np.flatnonzero(below)
+        if len(at):
+            k = int(at[min(int(draw.geometric(0.3)) - 1, len(at) - 1)])
+            places[other] = _place(found[k], turned[k])
 
     def _push_aside(self, box: int, places: list[Place | None]) -> None:
         """Put a box that is below or beside another one elsewhere, or take it out for now."""
@@ -117,13 +203,9 @@ class Search:
         if not near:
             return
         other = int(self._random.choice(near))
-        others = self._items(places, without={other})
-        found, _, turned = self._places.of(other, others, OF_MOVED)
-        if len(found) and self._random.random() < 0.7:
-            k = int(self._random.integers(min(12, len(found))))
-            places[other] = _place(found[k], turned[k])
-        else:
-            places[other] = None
+        found, _, turned = self._places.of(other, self._items(places, {other}), OF_MOVED)
+        k = int(self._random.geometric(_NEAR)) - 1
+        places[other] = _place(found[k], turned[k]) if k < len(found) else None
 
     def _beside(self, box: int, places: Sequence[Place | None]) -> list[int]:
         """Kept boxes that touch the place of a box in the plan, or nearly."""
@@ -169,12 +251,14 @@ class Search:
         """
         self._loading.load(places, self._margins_of(places))
         margin = max(OF_MOVED, float(self.margins[box]))
-        others = self._items(places, without={box, *ignored})
+        others = self._items(places, {box, *ignored})
         found, _, turned = self._places.of(box, others, margin)
         kept: list[Place] = []
-        for first in range(0, min(len(found), _LOOKED_AT), _AT_ONCE):
+        first, end = 0, 0
+        while len(kept) < _TRIED and end < min(len(found), _LOOKED_AT):
             self._check_time()
-            part = slice(first, first + _AT_ONCE)
+            first, end = end, end + (_AT_ONCE if end else _AT_FIRST)
+            part = slice(first, end)
             flags = np.array(turned[part])
             stands = np.zeros(len(flags), dtype=bool)
             for turn in np.unique(flags).tolist():
@@ -187,8 +271,6 @@ class Search:
                 place = _place(found[first + k], bool(flags[k]))
                 if place != self._boxes.planned[box] and (box, place) not in self.refused:
                     kept.append(place)
-            if len(kept) >= _TRIED:
-                break
         return kept[:_TRIED]
 
     def _items(self, places: Sequence[Place | None], without: Collection[int]) -> list[Item]:

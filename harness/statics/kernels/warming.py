@@ -21,7 +21,7 @@ from steadyload.statics.kernels.base_support import (
 from steadyload.statics.kernels.cells import items_near
 from steadyload.statics.kernels.constants import FLOOR
 from steadyload.statics.kernels.contacts import contacts_of
-from steadyload.statics.kernels.free_places import free_places
+from steadyload.statics.kernels.free_places import boxes_over, free_places
 from steadyload.statics.kernels.growing import BOX, first_arrays, put, take_off
 from steadyload.statics.kernels.least_energy import Columns, Factors, solved
 from steadyload.statics.kernels.least_squares import nonnegative_least_squares
@@ -71,7 +71,10 @@ def warm_up() -> None:
     first_moved_of_many(*arrays, floors, starts, np.inf, *motion)
     nonnegative_least_squares(np.eye(2), np.ones(2))
     limits, half = np.array([0.0, 0.0, 0.0, 1.0, 3.0, 1.0, 0.0, 0.0, 1.0, 1.0]), np.full(3, 0.5)
-    free_places(lower.copy(), upper.copy(), np.ones(3), half, half, 0.5, limits, np.array([2.0]), 4)
+    free_places(
+        lower.copy(), upper.copy(), middles, np.ones(3), half, half, 0.5, limits, np.array([2.0]), 4
+    )
+    boxes_over(lower, upper, half, half)
     _place_two()
     _hold_one()
 
