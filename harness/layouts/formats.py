@@ -14,7 +14,7 @@ from enum import StrEnum
 from functools import partial
 from itertools import chain
 from pathlib import Path
-from typing import TypedDict, Unpack
+from typing import BinaryIO, TypedDict, Unpack
 
 from steadyload.atomic import write_atomically
 from steadyload.layouts.files.csv_reader import is_csv, read_csv
@@ -165,30 +165,44 @@ def _other(head: bytes) -> str:
 
 def _records(path: str | Path, dialect: Dialect) -> Iterator[Record | Refused]:
     with opened_source(path) as file:
-        head = file.read(HEAD_BYTES)
-        text = head.decode("utf-8", errors="replace")
-        kind = detect_format(text, dialect) if b"\0" not in head else None
-        if not head:
-            raise FormatError("is empty")
-        if kind is None:
-            raise FormatError(
-                f"is {_other(head)}; allowed: steadyload JSON, CSV with a header line (columns "
-                "of your own are named with --columns or in a profile), job JSON with 'ulds', "
-                "ACLPP schedule YAML, a certificate of PackingSolver, JSON of Packvium"
-            )
-        if kind not in (Format.CSV, Format.PACKINGSOLVER) and dialect.stated():
-            raise FormatError(
-                f"is no CSV file; {' and '.join(dialect.stated())} can be stated of CSV files "
-                "only, and units of certificates of PackingSolver, since other formats have units "
-                "and axes of their own"
-            )
-        if kind is Format.NATIVE:
-            yield from read_json(chain([head], iter(partial(file.read, _CHUNK_BYTES), b"")))
-            return
-        cap = MAX_YAML_BYTES if kind is Format.ACLPP else MAX_FILE_BYTES
-        content = read_rest(file, head, cap)
+        yield from records_of(file, dialect, source_name(path))
+
+
+def records_of(file: BinaryIO, dialect: Dialect, name: str | None) -> Iterator[Record | Refused]:
+    """Records of an open file, in the order of the file.
+
+    Args:
+        file: it.
+        dialect: of CSV files.
+        name: of the file, for warnings; None for no warnings.
+
+    Raises:
+        FormatError: the file is in no known format, or is cut off.
+    """
+    head = file.read(HEAD_BYTES)
+    text = head.decode("utf-8", errors="replace")
+    kind = detect_format(text, dialect) if b"\0" not in head else None
+    if not head:
+        raise FormatError("is empty")
+    if kind is None:
+        raise FormatError(
+            f"is {_other(head)}; allowed: steadyload JSON, CSV with a header line (columns "
+            "of your own are named with --columns or in a profile), job JSON with 'ulds', "
+            "ACLPP schedule YAML, a certificate of PackingSolver, JSON of Packvium"
+        )
+    if kind not in (Format.CSV, Format.PACKINGSOLVER) and dialect.stated():
+        raise FormatError(
+            f"is no CSV file; {' and '.join(dialect.stated())} can be stated of CSV files "
+            "only, and units of certificates of PackingSolver, since other formats have units "
+            "and axes of their own"
+        )
+    if kind is Format.NATIVE:
+        yield from read_json(chain([head], iter(partial(file.read, _CHUNK_BYTES), b"")))
+        return
+    cap = MAX_YAML_BYTES if kind is Format.ACLPP else MAX_FILE_BYTES
+    content = read_rest(file, head, cap)
     if kind is Format.CSV:
-        yield from read_csv(content, dialect, source_name(path))
+        yield from read_csv(content, dialect, name)
         return
     text = decoded(content).removeprefix("\ufeff").replace("\r\n", "\n")
     del content

@@ -57,7 +57,7 @@ _CHUNK = 1 << 16
 
 _SIZES = ("width", "height", "depth")
 _ONE = Decimal(1)
-_TURNED = {"y": (0, 1, 2), "z": (1, 2, 0)}
+TURNED = {"y": (0, 1, 2), "z": (1, 2, 0)}
 """Axis that points up -> which of the file's axes are our x, y and z."""
 
 
@@ -67,28 +67,28 @@ def is_csv(line: str, dialect: Dialect) -> bool:
 
 
 def read_csv(
-    content: bytes | bytearray, dialect: Dialect, file: str = "CSV"
+    content: bytes | bytearray, dialect: Dialect, file: str | None = "CSV"
 ) -> Iterator[Record | Refused]:
     """Records of a CSV file, in the order in which their layouts first appear.
 
     Rows of a layout may stand anywhere: a first pass counts them, so that the second one holds only
     layouts that have begun and are not complete. A column left out that states how boxes are turned
-    is told as a warning that names the ``file``.
+    is told as a warning that names the ``file``; None for no warning.
     """
-    separator, header, rows = _opened(content, dialect)
+    separator, header, rows = opened(content, dialect)
     columns = find_columns(header, dialect)
     left = Counter[str]()
-    turning = dict(columns.turning)
+    turning = dict(columns.turning) if file is not None else {}
     for _, row in rows:
         if len(row) == columns.count:
             left[row[columns.layout]] += 1
             for place in [place for place in turning if turns(row[place])]:
-                warn_of_turning(file, turning.pop(place))
+                warn_of_turning(str(file), turning.pop(place))
             if len(left) > MAX_LAYOUTS:
                 raise FormatError(f"has more than {MAX_LAYOUTS} layouts; allowed: up to so many")
     read = _Rows(columns, dialect, separator)
     begun: dict[str, Record | Refused] = {}
-    for line, row in _opened(content, dialect)[2]:
+    for line, row in opened(content, dialect)[2]:
         read.check(line, row)
         name = row[columns.layout]
         begun[name] = read.added(begun.get(name), line, row)
@@ -114,7 +114,7 @@ def _numbered(record: Record | Refused, dialect: Dialect) -> Record | Refused:
     return Refused(record.name, LayoutError(text))
 
 
-def _opened(
+def opened(
     content: bytes | bytearray, dialect: Dialect
 ) -> tuple[str, list[str], Iterator[tuple[int, list[str]]]]:
     """Separator, header, and the rows that are not empty, with the numbers of their lines."""
@@ -244,7 +244,7 @@ class _Rows:
         return item | {f"offset_{axis}": _plain(v) for axis, v in named if v is not None}
 
     def _turned(self, values: Sequence[Any]) -> list[Any]:
-        return [values[axis] for axis in _TURNED[self.dialect.up]]
+        return [values[axis] for axis in TURNED[self.dialect.up]]
 
     def _lengths(self, line: int, row: Sequence[str], places: Iterable[int | None]) -> list[Any]:
         factor = UNITS[self.dialect.units]

@@ -47,6 +47,11 @@ def parse_plain_yaml(text: str) -> Any:
         raise FormatError(f"is not valid YAML{_place(error)}; is it cut off?") from None
 
 
+def composed(text: str) -> yaml.Node:
+    """The nodes, with their places in the text, of what :func:`parse_plain_yaml` accepts."""
+    return yaml.compose(text, Loader=_Loader)
+
+
 def _place(error: yaml.YAMLError) -> str:
     mark = getattr(error, "problem_mark", None)
     return f" at line {mark.line + 1}" if mark else ""

@@ -35,7 +35,8 @@ class Record:
 
     ``pallet`` has the keys ``width, height, depth`` and, when given, those of :data:`DECK_KEYS`; an
     item ``sequence, name, x, y, z, width, height, depth, weight`` and, when given, ``offset_x,
-    offset_y, offset_z`` and one of :data:`LOAD_KEYS`.
+    offset_y, offset_z`` and one of :data:`LOAD_KEYS`; of a packer's plan ``place``, that in its
+    list.
     """
 
     name: str

@@ -84,12 +84,14 @@ def record(loaded: Bin, order: Order = "height") -> Record:
         x, y, z = (vector[axis] for axis in axes)
         return x, y, z
 
-    boxes = [(turned(box.corner), turned(box.size), box) for box in loaded.boxes]
+    boxes = [
+        (turned(box.corner), turned(box.size), box, place) for place, box in enumerate(loaded.boxes)
+    ]
     if order == "height":
         boxes.sort(key=lambda box: (box[0][1], box[0][2], box[0][0]))
     width, height, depth = turned(loaded.size)
     items = []
-    for sequence, ((x, y, z), (w, h, d), box) in enumerate(boxes):
+    for sequence, ((x, y, z), (w, h, d), box, place) in enumerate(boxes):
         spans = zip((x, y, z), (w, h, d), turned(loaded.size), strict=True)
         for axis, (start, side, most) in enumerate(spans):
             if not (start >= -TOLERANCE and start + side <= most + TOLERANCE):
@@ -101,7 +103,7 @@ def record(loaded: Bin, order: Order = "height") -> Record:
         weight = DENSITY * w * h * d if box.weight is None else box.weight
         items.append(
             {"sequence": sequence, "name": box.name, "x": x, "y": y, "z": z,
-             "width": w, "height": h, "depth": d, "weight": weight}
+             "width": w, "height": h, "depth": d, "weight": weight, "place": place}
         )  # fmt: skip
     return Record(loaded.name, {"width": width, "height": height, "depth": depth}, items)
 

@@ -24,8 +24,8 @@ from steadyload.layouts.files.sources import opened_source
 from steadyload.layouts.model.layout import LayoutError, Vector
 from steadyload.layouts.packers.plan import Bin, Order, Placed, Plan, PlanError, plan, stated
 
-_TICKS_PER_CM = 160_000
-_TICKS_PER_KG = 8_000_000_000
+TICKS_PER_CM = 160_000
+TICKS_PER_KG = 8_000_000_000
 _SIDES = ("length", "width", "height")
 _CHUNK_BYTES = 256 * 1024
 
@@ -64,7 +64,7 @@ def from_packvium(
         for each in result.containers:
             for placement in each.placements:
                 item = placement.instance.item
-                known.setdefault(item.id, item.weight.ticks / _TICKS_PER_KG)
+                known.setdefault(item.id, item.weight.ticks / TICKS_PER_KG)
     else:
         raise PlanError(
             f"a {type(result).__name__} is no plan; allowed: a PackingResult of packvium, its "
@@ -157,14 +157,14 @@ def _boxes(container: Mapping[str, Any], weights: Mapping[str, float]) -> list[P
 
 def _payload(container: Mapping[str, Any]) -> float:
     found = container.get("payload_weight")
-    return _ticks(found, "payload_weight") / _TICKS_PER_KG if found is not None else 0.0
+    return _ticks(found, "payload_weight") / TICKS_PER_KG if found is not None else 0.0
 
 
 def _vector(values: Mapping[str, Any], key: str, names: Sequence[str]) -> Vector:
     found = values.get(key)
     if not isinstance(found, Mapping):
         raise FormatError(f"{key} is {shown(found)}; allowed: {', '.join(names)}")
-    x, y, z = (_ticks(found.get(name), f"{key} {name}") / _TICKS_PER_CM for name in names)
+    x, y, z = (_ticks(found.get(name), f"{key} {name}") / TICKS_PER_CM for name in names)
     return x, y, z
 
 
