@@ -82,6 +82,7 @@ ROOMS = {
     "layouts.packing": {"layouts.model"},
     "layouts.packers": {"layouts.model", "layouts.files"},
     "layouts": {"layouts.model", "layouts.files", "layouts.packers"},
+    "layouts.rewriting": {"layouts", "layouts.model", "layouts.files", "layouts.packers"},
     "layouts.benchmark": {
         "layouts", "layouts.model", "layouts.files", "layouts.packing", "layouts.packers",
     },
