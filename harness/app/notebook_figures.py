@@ -5,8 +5,10 @@ from __future__ import annotations
 from functools import singledispatch
 
 import numpy as np
+from numpy.typing import NDArray
 
-from steadyload.app.checking import Check
+from steadyload.app.answers import Answer, Check
+from steadyload.app.repair_results import Outcome, Repair
 from steadyload.config import stated
 from steadyload.layouts.model.layout import Layout
 from steadyload.layouts.model.naming import box_label, with_ids
@@ -47,7 +49,7 @@ def _(verdict: Verdict) -> str:
     items = () if verdict.layout is None else verdict.layout.items
     line = with_ids(str(verdict), items)
     if verdict.layout is None:
-        return shown_html(line, _facts(verdict), None)
+        return shown_html(line, _facts(verdict))
     line = f"{verdict.layout.name}: {line}"
     return shown_html(line, _facts(verdict), load_picture(verdict.layout, verdict))
 
@@ -61,8 +63,48 @@ def _(check: Check) -> str:
         facts["in the plan"] = "; ".join(check.notes)
     said, line = check.verdict, f"{check.layout}: {check.sentence}"
     if said is None or said.layout is None:
-        return shown_html(line, facts, None)
+        return shown_html(line, facts)
     return shown_html(line, facts | _facts(said), load_picture(said.layout, said))
+
+
+@notebook_html.register
+def _(repair: Repair) -> str:
+    facts = {"confirmed by": repair.judged_by or None, "before": None, "changes": None}
+    if repair.before is not None:
+        facts["before"] = repair.before.sentence
+    if repair.changes:
+        facts["changes"] = "; ".join(repair.sentences)
+    line = f"{repair.name}: {repair.sentence}"
+    return shown_html(line, stated(**facts), *repair_pictures(repair))
+
+
+def repair_pictures(repair: Repair) -> tuple[LoadPicture, ...]:
+    """The complete plan before a repair, the box at fault marked, and after it; those there are."""
+    check = repair.before
+    said = None if check is None else check.verdict
+    if check is None or said is None or said.layout is None or repair.layout is None:
+        return ()
+    plan, now, at_fault = said.layout, repair.layout, said.item_at_fault
+    if check.crushed is not None:
+        at_fault = check.crushed.item
+    elif check.gap is not None and check.answer is Answer.HOVERS:
+        at_fault = check.gap.item
+    caption = f"{plan.name} as planned"
+    if at_fault is not None:
+        caption += f", {box_label(at_fault, plan.items[at_fault].name)} in red"
+    before = LoadPicture(plan.pallet.size, _drawn(plan), at_fault, caption=caption)
+    if repair.outcome is not Outcome.REPAIRED:
+        return (before,)
+    moved = frozenset(
+        change.new_step for change in repair.changes if change.moved and change.new_step is not None
+    )
+    told = "repaired, moved boxes in amber" if moved else "repaired"
+    return before, LoadPicture(now.pallet.size, _drawn(now), moved=moved, caption=told)
+
+
+def _drawn(layout: Layout) -> NDArray[np.float64]:
+    found: NDArray[np.float64] = np.hstack((layout.lower, layout.sizes))
+    return found
 
 
 def load_picture(layout: Layout, verdict: Verdict | None = None) -> LoadPicture:
@@ -78,8 +120,7 @@ def load_picture(layout: Layout, verdict: Verdict | None = None) -> LoadPicture:
     at_fault = None if verdict is None else verdict.item_at_fault
     if at_fault is not None:
         caption += f", {box_label(at_fault, layout.items[at_fault].name)} in red"
-    boxes = np.hstack((layout.lower, layout.sizes))[:placed]
-    return LoadPicture(layout.pallet.size, boxes, at_fault, caption)
+    return LoadPicture(layout.pallet.size, _drawn(layout)[:placed], at_fault, caption=caption)
 
 
 def _facts(verdict: Verdict) -> dict[str, str]:

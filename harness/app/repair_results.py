@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
@@ -86,6 +88,11 @@ class Repair(ShownInNotebook):
         return sum(change.distance_cm for change in self.changes)
 
     @property
+    def sentences(self) -> list[str]:
+        """The changes in words, in the axes and the unit of the frame."""
+        return [change.sentence(self.frame) for change in self.changes]
+
+    @property
     def sentence(self) -> str:
         """The outcome in a few words."""
         if self.outcome is Outcome.UNCHANGED:
@@ -103,8 +110,8 @@ class Repair(ShownInNotebook):
         return f"stands: {', '.join(said)}"
 
     def __str__(self) -> str:
-        told = [change.sentence(self.frame) for change in self.changes]
-        return "; ".join([f"{self.name}: {self.sentence} [{self.judged_by}]", *told])
+        judged_by = f" [{self.judged_by}]" if self.judged_by else ""
+        return "; ".join([f"{self.name}: {self.sentence}{judged_by}", *self.sentences])
 
     def to_dict(self) -> dict[str, Any]:
         """The repair as values that JSON can hold, with units in the names."""
@@ -124,13 +131,40 @@ class Repair(ShownInNotebook):
             "boxes_left_out": len(left),
             "steps_left_out": sorted(left),
             "changes": [
-                {**change.to_dict(), "sentence": change.sentence(self.frame)}
-                for change in self.changes
+                {**change.to_dict(), "sentence": sentence}
+                for change, sentence in zip(self.changes, self.sentences, strict=True)
             ],
             "reason": self.reason,
             "stopped": str(self.stopped),
             "cpu_seconds": self.seconds,
         }
+
+
+def repair_fields(repair: Repair | None) -> dict[str, Any]:
+    """A repair as further fields of the record of a check; None for a load that needs none."""
+    done = repair is not None and repair.outcome is Outcome.REPAIRED
+    return {
+        "repair_outcome": None if repair is None else str(repair.outcome),
+        "repair_sentence": None if repair is None else repair.sentence,
+        "repair_by_order_alone": repair.by_order_alone if repair and done else None,
+        "repair_boxes_moved": repair.moved if repair and done else None,
+        "repair_distance_cm": round(repair.distance_cm, 6) if repair and done else None,
+        "repair_boxes_left_out": len(repair.left_out) if repair and done else None,
+        "repair_changes": [] if repair is None else repair.sentences,
+    }
+
+
+def counted_repairs(repairs: Iterable[Repair]) -> str:
+    """How many plans stand as they are, were repaired, and were not, in words."""
+    numbers = Counter(one.outcome for one in repairs)
+    unchanged = numbers[Outcome.UNCHANGED]
+    said = [f"{unchanged} stand as they are" if unchanged != 1 else "1 stands as it is"]
+    said += [
+        f"{numbers[outcome]} {outcome}"
+        for outcome in Outcome
+        if outcome is not Outcome.UNCHANGED and (numbers[outcome] or outcome is Outcome.REPAIRED)
+    ]
+    return ", ".join(said)
 
 
 def _failing(answer: Check | None) -> int | None:

@@ -13,21 +13,21 @@ from steadyload.reports.html import rendered
 from steadyload.reports.viewer.picture import HEIGHT, WIDTH, LoadPicture, load_svg
 
 
-def shown_html(line: str, facts: Mapping[str, str], picture: LoadPicture | None) -> str:
+def shown_html(line: str, facts: Mapping[str, str], *pictures: LoadPicture) -> str:
     """The HTML; all texts are escaped.
 
     Args:
         line: what there is to say, in a sentence.
         facts: values with units, by name.
-        picture: None where there is nothing to draw.
+        pictures: beside each other, in one; none where there is nothing to draw.
     """
-    drawn = "" if picture is None else base64.b64encode(load_svg(picture).encode()).decode()
+    drawn = base64.b64encode(load_svg(*pictures).encode()).decode() if pictures else ""
     return rendered(
         "viewer/notebook.html.j2",
         line=line,
         facts=facts,
         drawn=drawn,
-        picture=picture,
-        width=WIDTH,
+        caption="; ".join(picture.caption for picture in pictures),
+        width=len(pictures) * WIDTH,
         height=HEIGHT,
     )

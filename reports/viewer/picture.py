@@ -37,44 +37,73 @@ class LoadPicture:
         pallet: width, height and depth [cm].
         boxes: lower corners and sizes in the order of loading [cm], y up, shape (boxes, 6).
         marked: number of the box that is red; None for none.
+        moved: numbers of boxes that are amber: those that a repair put elsewhere.
         caption: in words, for those who do not see it.
     """
 
     pallet: Triple
     boxes: NDArray[np.float64]
     marked: int | None = None
+    moved: frozenset[int] = frozenset()
     caption: str = ""
 
 
-def load_svg(picture: LoadPicture) -> str:
-    """A load as SVG, seen from the side of high x and z; colours are the order of loading.
+def load_svg(*pictures: LoadPicture) -> str:
+    """Loads as SVG beside each other, at one scale, seen from the side of high x and z.
 
-    The marked box is red, and shines through where others stand before it.
+    Colours are the order of loading. The marked box is red, and shines through where others stand
+    before it; moved ones are amber.
+
+    Args:
+        pictures: one or more.
     """
-    boxes = np.asarray(picture.boxes, dtype=float).reshape(-1, 6)
+    drawn = [_seen(picture) for picture in pictures]
+    ends = [_ends(deck, corners) for deck, corners in drawn]
+    room = np.array((WIDTH, HEIGHT))
+    most = np.max([high - low for low, high in ends], axis=0)
+    scale = ((room - 2.0 * _EDGE) / np.maximum(most, 1e-9)).min()
+    faces = []
+    for place, (picture, (deck, corners)) in enumerate(zip(pictures, drawn, strict=True)):
+        low, high = ends[place]
+        shift = 0.5 * (room - scale * (low + high)) + (place * WIDTH, 0.0)
+        faces += _faces(picture, scale * deck + shift, scale * corners + shift)
+    width = len(pictures) * WIDTH
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{HEIGHT}" '
+        f'viewBox="0 0 {width} {HEIGHT}" stroke="{OUTLINE}" stroke-opacity="0.6" '
+        f'stroke-linejoin="round">{"".join(faces)}</svg>'
+    )
+
+
+def _seen(picture: LoadPicture) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Corners of the deck and of boxes as they are seen, shapes (4, 2) and (boxes, 8, 2)."""
     width, _, depth = picture.pallet
     deck = _flat(np.array([(0, 0, 0), (width, 0, 0), (width, 0, depth), (0, 0, depth)], float))
-    corners = _flat(_corners(boxes))
+    return deck, _flat(_corners(np.asarray(picture.boxes, dtype=float).reshape(-1, 6)))
+
+
+def _ends(
+    deck: NDArray[np.float64], corners: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     points = np.concatenate((deck, corners.reshape(-1, 2)))
-    low, high = points.min(axis=0), points.max(axis=0)
-    room = np.array((WIDTH, HEIGHT))
-    scale = ((room - 2.0 * _EDGE) / np.maximum(high - low, 1e-9)).min()
-    shift = 0.5 * (room - scale * (low + high))
-    deck, corners = scale * deck + shift, scale * corners + shift
+    return points.min(axis=0), points.max(axis=0)
+
+
+def _faces(
+    picture: LoadPicture, deck: NDArray[np.float64], corners: NDArray[np.float64]
+) -> list[str]:
+    """Faces of a load, those behind first, from corners [px]."""
     faces = [_polygon(deck, WOOD)]
-    for box in behind_first(boxes):
-        colour = MARKED if box == picture.marked else RAMP[len(RAMP) * box // len(boxes)]
+    for box in behind_first(np.asarray(picture.boxes, dtype=float).reshape(-1, 6)):
+        colour = MARKED if box == picture.marked else RAMP[len(RAMP) * box // len(corners)]
+        colour = AMBER if box in picture.moved else colour
         faces += [
             _polygon(corners[box, list(of)], shade)
             for (of, _), shade in zip(_SIDES, shades(colour), strict=True)
         ]
     if picture.marked is not None:
         faces += [_shining(corners[picture.marked, list(of)]) for of, _ in _SIDES]
-    return (
-        f'<svg xmlns="http://www.w3.org/2000/svg" width="{WIDTH}" height="{HEIGHT}" '
-        f'viewBox="0 0 {WIDTH} {HEIGHT}" stroke="{OUTLINE}" stroke-opacity="0.6" '
-        f'stroke-linejoin="round">{"".join(faces)}</svg>'
-    )
+    return faces
 
 
 def behind_first(boxes: NDArray[np.float64]) -> list[int]:

@@ -11,7 +11,7 @@ import pytest
 
 import steadyload as sl
 from steadyload.app.demo import demo_pallets
-from steadyload.reports.viewer.picture import MARKED, behind_first
+from steadyload.reports.viewer.picture import AMBER, HEIGHT, MARKED, WIDTH, WOOD, behind_first
 
 
 def column(name, *shifts):
@@ -87,8 +87,41 @@ def test_an_answer_shows_what_it_says_and_how_sure_it_is():
     assert shapes(found.picture)[2] == 3
 
 
+def test_a_repair_shows_the_plan_before_and_after_it_at_one_scale():
+    repair = sl.repair(column("falls", 0.0, 0.0, 9.0), ["shift"])
+    found = shown(repair)
+    [told] = repair.sentences
+    assert " ".join(found.words.split()) == (
+        f"falls: stands: 1 box moved confirmed by {repair.judged_by} before "
+        f"{repair.before.sentence} changes {told}"
+    )
+    assert found.caption == "falls as planned, item 2 in red; repaired, moved boxes in amber"
+    assert found.picture.get("viewBox") == f"0 0 {2 * WIDTH} {HEIGHT}"
+    fills = [shape.get("fill") for shape in found.picture]
+    assert len(fills) == 2 * (1 + 3 * 3) + 3
+    assert fills.count(MARKED) == 1 + 3
+    assert fills[1 + 3 * 3 + 3 :].count(AMBER) == 1
+    decks = [widths(shape.get("d")) for shape in found.picture if shape.get("fill") == WOOD]
+    assert decks[0] == pytest.approx(decks[1], abs=0.2)
+
+
+def widths(path):
+    """Of a shape, to the right and down."""
+    points = np.array([tuple(map(float, p.split(","))) for p in path[1:-1].split()])
+    return points.max(0) - points.min(0)
+
+
+def test_a_repair_of_a_plan_that_stands_or_is_not_repaired_shows_the_plan_alone():
+    for plan, kinds in ((column("stands", 0.0), ["shift"]), (column("falls", 0, 9.0), ["order"])):
+        repair = sl.repair(plan, kinds)
+        found = shown(repair)
+        assert f"{plan.name}: {repair.sentence}" in found.words
+        assert found.picture.get("viewBox") == f"0 0 {WIDTH} {HEIGHT}"
+
+
 def test_it_shows_where_scripts_are_stripped_and_without_a_network():
-    for thing in (column("one", 0.0), sl.check(column("two", 0.0, 9.0))):
+    falls = column("two", 0.0, 9.0)
+    for thing in (column("one", 0.0), sl.check(falls), sl.repair(falls)):
         assert shown(thing).tags <= {"p", "table", "tbody", "tr", "th", "td", "img"}
         assert not re.search(r"https?://|url\(", thing._repr_html_())
 

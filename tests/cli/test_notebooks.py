@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+import steadyload as sl
+
 FOLDER = Path(__file__).parents[2] / "docs" / "notebooks"
 
 RUN = """
@@ -60,3 +62,13 @@ def test_a_packer_that_asks_gets_a_load_that_stands(tmp_path):
     assert "careless: fails at step" in shown
     assert "careful: stands" in shown
     assert (tmp_path / "packed.json").exists()
+
+
+def test_a_packers_plans_are_repaired(tmp_path):
+    pytest.importorskip("py3dbp")
+    shown = run("repairing-a-packers-plans.ipynb", tmp_path)
+    assert shown.count("data:image/svg+xml") == 2
+    assert shown.count(" -> stands: ") == 4
+    layouts = sl.read(tmp_path / "standing.json")
+    assert len(layouts) == 4
+    assert all(sl.check(layout).stands for layout in layouts)
