@@ -25,6 +25,7 @@ from steadyload.repairing.confirmed import (
     Confirmation,
     ConfirmedSearch,
     Found,
+    Stopped,
     changed_plan,
 )
 from steadyload.repairing.plan import Boxes, Kind
@@ -179,7 +180,7 @@ def _kinds(allow: Collection[Kind | str]) -> frozenset[Kind]:
     Raises:
         RepairError: there is no such change, or none is allowed.
     """
-    if isinstance(allow, str) or not allow:
+    if isinstance(allow, str) or not isinstance(allow, Collection) or not allow:
         raise RepairError(f"allow is {shown(allow)}; allowed: one or more of {', '.join(Kind)}")
     for word in allow:
         if word not in list(Kind):
@@ -235,7 +236,7 @@ def _why_not(layout: Layout, found: Found, allowed: Collection[Kind], seconds: f
     if not left:
         return f"of {found.judged} changed plans none was confirmed (allowed changes: {words})"
     box = box_label(left[0], layout.items[left[0]].name)
-    others = f", nor have {len(left) - 1} others" if len(left) > 1 else ""
+    others = {1: "", 2: ", nor has 1 other"}.get(len(left), f", nor have {len(left) - 1} others")
     free = "place where it stands" if set(allowed) - {Kind.ORDER} else "turn at which it stands"
     return (
         f"{box} has no free {free}{others} (allowed changes: {words}); with leave the others "
@@ -250,12 +251,28 @@ def repair_all(
     workers: int = 1,
     progress: Progress = silent,
 ) -> list[Repair]:
-    """Repair several plans, in their order; one that is not valid is an outcome, too.
+    """Repair several plans, in their order; takes and raises as :func:`repair_each`."""
+    found = dict(repair_each(entries, options, workers=workers, progress=progress))
+    return [found[place] for place in range(len(entries))]
+
+
+def repair_each(
+    entries: Sequence[tuple[str, Layout | Refused]],
+    options: RepairOptions,
+    *,
+    workers: int = 1,
+    progress: Progress = silent,
+) -> Iterator[tuple[int, Repair]]:
+    """Repair several plans, each handed out with its place as soon as it is known.
+
+    A plan that is not valid is an outcome, too. An interrupt comes as an error after what is known
+    was handed out: who keeps that loses nothing.
 
     Args:
         entries: as :func:`steadyload.runs.scoring.read_entries` gives them.
         options: of all repairs.
-        workers: processes; 0 repairs in this one.
+        workers: processes; 0 repairs in this one, where an interrupt ends a search with the best
+            plan that it has.
         progress: called with the plans done and those in all.
 
     Raises:
@@ -268,26 +285,54 @@ def repair_all(
         use_methods([named])
         named.prepare()
         options = replace(options, method=str(named.spec))
-    found: list[Repair | None] = [None] * len(entries)
     units = []
     for place, (file, entry) in enumerate(entries):
         if isinstance(entry, Layout):
             units.append(_Unit(place, entry, options))
         else:
-            found[place] = Repair(
-                entry.name, Outcome.BAD_INPUT, None, reason=str(entry.error), file=file,
-                frame=options.frame,
-            )  # fmt: skip
+            yield place, _refused(file, entry, options)
     done = len(entries) - len(units)
     progress(done, len(entries))
     for unit, [one] in run_units(
         _repair, units, workers=min(workers, len(units)), crashed=_lost,
         limit=PartLimit(3.0 * options.seconds + _PATIENCE, _lost),
     ):  # fmt: skip
-        found[unit.place] = replace(one, file=entries[unit.place][0])
         done += 1
         progress(done, len(entries))
-    return [one for one in found if one is not None]
+        yield unit.place, replace(one, file=entries[unit.place][0])
+        if one.stopped is Stopped.INTERRUPTED:
+            raise KeyboardInterrupt
+
+
+def as_planned(
+    file: str,
+    entry: Layout | Refused,
+    options: RepairOptions,
+    reason: str,
+    stopped: Stopped = Stopped.DONE,
+) -> Repair:
+    """The outcome of a plan that was not worked on to the end; of one that is not valid as ever.
+
+    Args:
+        file: that it was read from.
+        entry: the plan.
+        options: of the repair.
+        reason: why there is no other outcome.
+        stopped: what ended the work.
+    """
+    if isinstance(entry, Refused):
+        return _refused(file, entry, options)
+    return Repair(
+        entry.name, Outcome.NOT_REPAIRED, entry, tuple(range(len(entry))), reason=reason,
+        stopped=stopped, file=file, frame=options.frame,
+    )  # fmt: skip
+
+
+def _refused(file: str, entry: Refused, options: RepairOptions) -> Repair:
+    return Repair(
+        entry.name, Outcome.BAD_INPUT, None, reason=str(entry.error), file=file,
+        frame=options.frame,
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -312,7 +357,4 @@ def _repair(unit: _Unit) -> Iterator[Repair]:
 
 
 def _lost(unit: _Unit, _: int, reason: str) -> Repair:
-    return Repair(
-        unit.layout.name, Outcome.NOT_REPAIRED, unit.layout, tuple(range(len(unit.layout))),
-        reason=reason, frame=unit.options.frame,
-    )  # fmt: skip
+    return as_planned("", unit.layout, unit.options, reason)

@@ -66,6 +66,7 @@ MADE = {"version of method": "1"}
 WITHOUT_KEY = {
     "checking._Entry": "an answer to a person, which is not kept",
     "checked_page._Unit": "a card of a page, which is not kept",
+    "repairs._Unit": "a repair for a person, which is not kept",
     "cost._Measurement": "the ledger of a search keeps the cost model, and states what it is of",
     "trial.TrialUnit": "the ledger of a search keeps trials, and states what they are of",
     "trainings.Run": "the name of its folder is its key",

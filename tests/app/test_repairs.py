@@ -1,0 +1,274 @@
+"""Repairs: what is refused, what stays, what may change, and what is said of it."""
+
+import dataclasses
+import json
+import math
+import runpy
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import steadyload as sl
+from steadyload.app.repair_results import Outcome, counted_repairs, repair_fields
+from steadyload.app.repairs import RepairOptions, repair, repair_all, repair_each
+from steadyload.errors import UserError
+from steadyload.layouts.files.record import Refused
+from steadyload.layouts.model.frame import Frame
+from steadyload.layouts.model.layout import TOLERANCE, LayoutError
+from steadyload.repairing.confirmed import ConfirmedSearch, Stopped
+from steadyload.statics.bearing import first_crushed
+
+PALLET = sl.Pallet(120, 160, 80)
+PICTURES = runpy.run_path(str(Path(__file__).parents[2] / "docs" / "repair_pictures.py"))
+
+
+def boxes(*told):
+    """A layout of boxes of 40 x 30 x 40 cm, each (name, x, y, z)."""
+    items = tuple(
+        sl.Item(n, (x, y, z), (40, 30, 40), 12.0 - n, name=name)
+        for n, (name, x, y, z) in enumerate(told)
+    )
+    return sl.Layout("plan", PALLET, items)
+
+
+STANDS = boxes(("A", 0, 0, 0), ("B", 10, 30, 0))
+LEANS = boxes(("A", 0, 0, 0), ("B", 25, 30, 0))
+EARLY = boxes(("A", 0, 0, 0), ("TOP", 25, 30, 0), ("B", 40, 0, 0))
+HOVERS = boxes(("A", 0, 0, 0), ("B", 0, 36, 0))
+
+
+def turned_about_the_vertical(was, now):
+    """Whether a box is the same but for where it is and a quarter about the vertical."""
+    (w, h, d), (x, y, z) = was.size, was.mass_offset
+    ways = [(was.size, (x, y, z)), ((d, h, w), (z, y, -x))]
+    same = dataclasses.replace(
+        now, sequence=was.sequence, position=was.position, size=was.size,
+        mass_offset=was.mass_offset,
+    ) == was  # fmt: skip
+    return same and any(
+        np.allclose(now.size, size) and np.allclose(now.mass_offset, offset)
+        for size, offset in ways
+    )
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        ({"allow": ["order", "mve"]}, "allow has 'mve'; did you mean 'move'?"),
+        ({"allow": []}, "allow is []; allowed: one or more of order, drop, shift, turn"),
+        ({"allow": "order"}, "allow is 'order'; allowed: one or more of order"),
+        ({"allow": 7}, "allow is 7; allowed: one or more of order"),
+        ({"allow": [None]}, "allow has missing; allowed: drop, leave"),
+        ({"shift_cm": -1}, "shift_cm is -1; allowed: "),
+        ({"shift_cm": math.nan}, "shift_cm is nan; allowed: "),
+        ({"seconds": 0}, " is 0; allowed: a number of seconds above 0"),
+        ({"seconds": math.inf}, " is inf; allowed: a number of seconds above 0"),
+        ({"seed": -1}, "seed is -1; allowed: 0, 1, 2, ..."),
+        ({"seed": 1.0}, "seed is 1.0; allowed: 0, 1, 2, ..."),
+        ({"gaps_cm": -0.1}, "gaps_cm is -0.1; allowed: "),
+        ({"method": "smee"}, "'smee'"),
+    ],
+    ids=str,
+)
+def test_an_option_that_is_not_allowed_is_told_with_what_is(options, told):
+    with pytest.raises(UserError) as caught:
+        repair(LEANS, **options)
+    assert told in str(caught.value)
+    with pytest.raises(LayoutError):
+        repair("plan")
+
+
+@pytest.mark.parametrize("gaps_cm", [2.0, 10.0])
+def test_a_plan_that_stands_comes_back_as_the_same_object(gaps_cm):
+    for plan in (STANDS, HOVERS):
+        found = repair(plan, gaps_cm=gaps_cm)
+        if plan is HOVERS and gaps_cm < 6.0:
+            assert found.outcome is Outcome.REPAIRED
+            assert [change.way for change in found.changes] == [(0.0, -6.0, 0.0)]
+            continue
+        assert found.layout is plan
+        assert (found.outcome, found.stands) == (Outcome.UNCHANGED, True)
+        assert (found.changes, found.origins) == ((), (0, 1))
+        assert found.sentence == "stands as it is"
+        assert found.after is found.before
+
+
+def test_another_order_alone_is_named_and_moves_nothing():
+    found = repair(EARLY)
+    assert found.by_order_alone
+    assert found.sentence == "stands by another order of loading alone"
+    assert found.origins == (0, 2, 1)
+    assert [item.position for item in found.layout.items] == [
+        EARLY.items[step].position for step in found.origins
+    ]
+    [change] = found.changes
+    assert change.sentence() == "box B (step 2) is loaded before box TOP (step 1)"
+    assert str(found).startswith("plan: stands by another order of loading alone [")
+    assert str(found).endswith("]; box B (step 2) is loaded before box TOP (step 1)")
+
+
+@pytest.mark.parametrize("method", ["equilibrium", "sme"])
+def test_the_order_is_kept_where_it_may_not_change(method):
+    found = repair(EARLY, ["drop", "shift", "turn", "move"], method=method)
+    assert found.stands
+    assert found.judged_by == str(sl.make_method(method).spec)
+    assert found.origins == (0, 1, 2)
+    assert found.moved > 0
+    assert not found.by_order_alone
+    assert not any(change.before or change.after for change in found.changes)
+
+
+def test_a_plan_for_which_there_is_nothing_says_why_in_a_sentence():
+    """One box too many for a deck of two, and nothing may stand on these."""
+    low = sl.Pallet(80, 40, 40)
+    base = [sl.Item(n, (40.0 * n, 0, 0), (40, 30, 40), 9.0, name=f"B{n}") for n in (0, 1)]
+    plan = sl.Layout("full", low, (sl.Item(0, (20, 10, 0), (40, 30, 40), 9.0, name="AIR"),))
+    assert repair(plan).stands  # it may come down
+    assert not repair(plan, ["order"]).stands
+    hopeless = sl.Layout(
+        "hopeless",
+        sl.Pallet(80, 70, 40, overhang=0.0),
+        (*base, sl.Item(2, (0, 31, 0), (10, 39, 10), 2.0, (0, 0, 0), "TALL"),
+         sl.Item(3, (70, 38, 30), (10, 30, 10), 2.0, (4.9, 0, 4.9), "FLOATS")),
+    )  # fmt: skip
+    for plan, kinds, box in ((LEANS, ["order"], "B"), (hopeless, ["order", "turn"], "TALL")):
+        found = repair(plan, kinds)
+        assert (found.outcome, found.stands) == (Outcome.NOT_REPAIRED, False)
+        assert found.layout is plan
+        assert (found.changes, found.left_out) == ((), ())
+        assert found.reason.startswith(f"box {box} (step ")
+        assert f"(allowed changes: {', '.join(kinds)})" in found.reason
+        assert "\n" not in found.reason
+        assert found.sentence == f"not repaired: {found.reason}"
+
+
+@pytest.mark.parametrize("order", [True, False])
+def test_what_is_left_out_is_said_and_only_where_that_is_allowed(order):
+    kinds = ["order"] * order
+    found = repair(LEANS, [*kinds, "leave"])
+    assert found.stands
+    assert [item.name for item in found.left_out] == ["B"]
+    assert found.left_out[0] is LEANS.items[1]
+    assert found.sentence == "stands: 1 box left out"
+    assert found.origins == (0,)
+    assert [change.sentence() for change in found.changes] == ["box B (step 1) is left out"]
+    record = found.to_dict()
+    assert (record["boxes_left_out"], record["steps_left_out"]) == (1, [1])
+    kept = repair(LEANS, [*kinds, "shift"])
+    assert len(kept.layout) == 2
+    assert kept.left_out == ()
+
+
+@pytest.mark.parametrize("allowed", [10.0, 20.0])
+def test_no_box_bears_more_than_it_may(allowed):
+    crushed = PICTURES["CRUSHED"]
+    items = (dataclasses.replace(crushed.items[0], max_load=allowed), *crushed.items[1:])
+    plan = dataclasses.replace(crushed, items=items)
+    assert (first_crushed(plan) is None) == (allowed > 18.0)
+    found = repair(plan)
+    assert found.stands
+    assert first_crushed(found.layout) is None
+    assert (found.layout is plan) == (allowed > 18.0)
+    limits = {item.name: item.max_load for item in found.layout.items}
+    assert limits == {"EGGS": allowed, "CANS": None, "SKU-2003": None, "SKU-2004": None}
+
+
+@pytest.mark.parametrize("seed", [0, 3])
+@pytest.mark.parametrize("name", ["order", "crushed", "packed"])
+def test_boxes_stay_upright_within_the_contour_and_apart(name, seed):
+    [plan] = [plan for plan in PICTURES["plans"]() if plan.name == name]
+    found = repair(plan, seed=seed)
+    assert found.stands
+    assert sorted(found.origins) == list(range(len(plan)))
+    for step, now in zip(found.origins, found.layout.items, strict=True):
+        assert turned_about_the_vertical(plan.items[step], now)
+    low, high = plan.pallet.contour
+    assert (found.layout.lower >= np.array(low) - TOLERANCE).all()
+    assert (found.layout.upper <= np.array(high) + TOLERANCE).all()
+    for one in range(len(plan)):
+        for other in range(one):
+            shared = np.minimum(found.layout.upper[one], found.layout.upper[other]) - np.maximum(
+                found.layout.lower[one], found.layout.lower[other]
+            )
+            assert shared.min() <= TOLERANCE
+    assert sl.check(found.layout, "equilibrium").stands
+
+
+def test_the_same_seed_finds_the_same_plan():
+    plan = [*PICTURES["plans"]()][-1]
+    first, again = repair(plan, seed=5), repair(plan, seed=5)
+    assert first.stopped is again.stopped is Stopped.DONE
+    assert (first.layout.items, first.origins) == (again.layout.items, again.origins)
+    assert first.changes == again.changes
+
+
+def test_sentences_are_in_the_axes_and_the_unit_of_the_file():
+    frame = Frame.of(sl.Dialect(units="mm", up="z"))
+    [change] = repair(LEANS, frame=frame).changes
+    centimetres = -change.way[0]
+    assert 5.0 < centimetres < 10.0
+    [told] = repair(LEANS, frame=frame).sentences
+    assert told == f"box B (step 1) moves {10 * centimetres:g} mm towards -y"
+
+
+def test_a_record_holds_what_was_done_in_values_of_json():
+    for plan, kinds in ((STANDS, ["order"]), (EARLY, ["order"]), (LEANS, ["shift"]),
+                        (LEANS, ["order"]), (LEANS, ["leave"])):  # fmt: skip
+        found = repair(plan, kinds)
+        record = json.loads(json.dumps(found.to_dict(), allow_nan=False))
+        assert record["layout"] == "plan"
+        assert record["outcome"] == str(found.outcome)
+        assert record["items"] == len(plan)
+        assert record["answer_before"] == ("stands" if plan is STANDS else "fails")
+        assert (record["answer_after"] == "stands") == found.stands
+        assert record["failing_step_before"] == (None if plan is STANDS else 1)
+        assert [change["sentence"] for change in record["changes"]] == found.sentences
+        fields = repair_fields(found)
+        assert fields["repair_changes"] == found.sentences
+        done = found.outcome is Outcome.REPAIRED
+        assert (fields["repair_boxes_moved"] is None) == (not done)
+        assert repair_fields(None).keys() == fields.keys()
+    moved = repair(LEANS, ["shift"]).to_dict()
+    [change] = moved["changes"]
+    assert moved["distance_cm"] == pytest.approx(abs(change["x_cm"]))
+    assert (moved["boxes_moved"], change["turned"], change["new_step"]) == (1, False, 1)
+
+
+def test_several_plans_keep_their_order_and_one_that_is_not_valid_is_an_outcome():
+    bad = Refused("bad", LayoutError("has no boxes"))
+    entries = [("a.json", LEANS), ("a.json", bad), ("b.json", STANDS)]
+    found = repair_all(entries, RepairOptions(method="equilibrium"), workers=0)
+    assert [one.outcome for one in found] == [
+        Outcome.REPAIRED, Outcome.BAD_INPUT, Outcome.UNCHANGED,
+    ]  # fmt: skip
+    assert [one.file for one in found] == ["a.json", "a.json", "b.json"]
+    assert (found[1].layout, found[1].reason) == (None, "has no boxes")
+    assert {one.judged_by for one in found} == {"equilibrium", ""}
+    assert counted_repairs(found) == "1 stands as it is, 1 repaired, 1 bad input"
+    assert found[1].to_dict()["items"] is None
+
+
+def test_an_interrupt_ends_a_search_with_the_best_plan_so_far(monkeypatch):
+    """It comes when the first plan was confirmed: the next search of a neighbour sends it."""
+    own = ConfirmedSearch._take
+
+    def take(search, attempt):
+        assert own(search, attempt)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(ConfirmedSearch, "_take", take)
+    found = repair(LEANS)
+    assert (found.stands, found.stopped) == (True, Stopped.INTERRUPTED)
+    told = []
+    with pytest.raises(KeyboardInterrupt):
+        told.extend(
+            repair_each([("", STANDS), ("", LEANS), ("", EARLY)], RepairOptions(), workers=0)
+        )
+    assert [(place, one.stands) for place, one in told] == [(0, True), (1, True)]
+
+
+def test_the_pictures_of_the_docs_are_those_that_are_made_now():
+    """``python docs/repair_pictures.py`` makes them anew."""
+    kept = {file.name: file.read_text() for file in sorted(PICTURES["FOLDER"].glob("*"))}
+    assert kept == {name: f"{svg}\n" for name, svg in PICTURES["pictures"]()}
