@@ -11,6 +11,7 @@ from pathlib import Path
 from steadyload.app.answers import counted, on_the_road, too_far
 from steadyload.app.checking import Answer, Check
 from steadyload.app.notebook_figures import load_picture
+from steadyload.app.repair_results import Outcome, Repair
 from steadyload.app.viewing import view_of
 from steadyload.atomic import write_atomically
 from steadyload.engines.errors import EngineNotInstalledError
@@ -55,6 +56,7 @@ def write_checked(
     found: Sequence[Check],
     folder: Path,
     *,
+    repairs: Mapping[int, Repair] | None = None,
     workers: int = 1,
     progress: Progress = silent,
 ) -> Path:
@@ -67,6 +69,8 @@ def write_checked(
         entries: what was checked.
         found: the answers, in the same order.
         folder: is made where it does not exist; the page in it is replaced.
+        repairs: of loads that do not stand, by their place; a card that has one also plays the
+            repaired plan.
         workers: processes that simulate; 0 does so in this one.
         progress: called with the cards done and those in all.
 
@@ -81,7 +85,7 @@ def write_checked(
     for place, ((_, entry), check) in enumerate(zip(entries, found, strict=True)):
         check = dataclasses.replace(check, file=names[check.file])
         if isinstance(entry, Layout):
-            units.append(_Unit(place, entry, check, made))
+            units.append(_Unit(place, entry, check, made, (repairs or {}).get(place)))
         else:
             cards[place] = _card(check)
     done = len(found) - len(units)
@@ -142,6 +146,7 @@ class _Unit(SinglePart):
     layout: Layout
     check: Check
     made: Mapping[str, str]
+    repair: Repair | None = None
 
     def describe(self, part: int) -> str:
         return f"the player of {self.layout.name!r}"
@@ -198,7 +203,7 @@ def _played(unit: _Unit, recording: Recording) -> Card:
         road = None if unit.check.transport.worst is None else unit.check.transport.worst.moved_item
     return dataclasses.replace(
         card,
-        facts=(*card.facts, *_road_fact(unit.check, unit.layout)),
+        facts=(*card.facts, *_road_fact(unit.check, unit.layout), *_repair_fact(unit.repair)),
         pallet=drawn.pallet,
         boxes=drawn.boxes,
         marked=_marked(unit.check, drawn.marked) if road is None else road,
@@ -213,7 +218,28 @@ def _played(unit: _Unit, recording: Recording) -> Card:
             ),
             MARKS,
         ),
+        repaired=_repaired_player(unit),
     )
+
+
+def _repair_fact(repair: Repair | None) -> tuple[str, ...]:
+    return () if repair is None else (f"repair: {repair.sentence}",)
+
+
+def _repaired_player(unit: _Unit) -> str:
+    """The page that plays the repaired plan, box by box; empty where there is none."""
+    repair = unit.repair
+    if repair is None or repair.outcome is not Outcome.REPAIRED:
+        return ""
+    layout, after = repair.layout, repair.after
+    assert layout is not None, "a repaired plan is one"
+    assert after is not None, "it was confirmed"
+    assert after.verdict is not None, "by a verdict"
+    recording = record_plan(layout, after.method, after.verdict)
+    view = view_of(
+        layout, [recording], unit.made, gaps_cm=after.gaps_cm, frame=unit.check.frame,
+    )  # fmt: skip
+    return player_html(dataclasses.replace(view, changes=tuple(repair.sentences)), MARKS)
 
 
 def _marked(check: Check, at_fault: int | None) -> int | None:

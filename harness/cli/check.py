@@ -2,24 +2,33 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from steadyload.app.check_defaults import default_help
 from steadyload.cli.fail_on import ANY, WORDS, FailOn, fail_on
 from steadyload.cli.flags import UsageError
 from steadyload.cli.reading import Files
-from steadyload.cli.terminal import file_names, kept_status, print_table, progress_bar, say
+from steadyload.cli.terminal import (
+    csv_text,
+    file_names,
+    kept_status,
+    print_table,
+    progress_bar,
+    say,
+)
 from steadyload.config import option, positive_number
 from steadyload.escaping import printable
 
 if TYPE_CHECKING:
     from steadyload.app.checking import Check as Checked
+    from steadyload.app.repair_results import Repair as Repaired
+    from steadyload.layouts.files.record import Refused
+    from steadyload.layouts.model.frame import Frame
+    from steadyload.layouts.model.layout import Layout
 
 STANDS, FAILS, BAD_INPUT, NOT_JUDGED = 0, 1, 2, 3
 """Exit statuses; of several the worse one: bad input, then a load that fails."""
@@ -53,6 +62,10 @@ class Check(Files):
         None, "does the complete load hold this rule of the road, too? en12195, eumos40509, tilt, "
         "or a TOML file; by the method if it judges accelerations, else by equilibrium",
         metavar="RULE",
+    )  # fmt: skip
+    repair: bool = option(
+        False, "also find the nearest plan that stands of each load that fails or hovers; "
+        "steadyload repair writes them, and has options",
     )  # fmt: skip
     json: bool = option(False, "print one JSON array of records, units in the names")
     csv: bool = option(False, "print the same records as CSV")
@@ -106,26 +119,58 @@ class Check(Files):
                 say(f"steadyload: {one.reason}")
         for warning in score_warnings(one.to_dict() for one in found):
             say(warning)
+        repairs, ended = self._repairs(entries, found, Frame.of(reading["dialect"]))
         with kept_status():
-            self._print(found)
+            self._print(found, repairs)
+        if isinstance(ended, FailedError):
+            say(f"steadyload: {ended}")
+        elif ended is not None:
+            raise ended
         if self.html is not None:
             from steadyload.app.checked_page import write_checked
 
             with progress_bar("drawing") as advance:
                 page = write_checked(
-                    entries, found, self.html, workers=self.workers or all_cores(),
-                    progress=advance,
+                    entries, found, self.html, repairs=repairs,
+                    workers=self.workers or all_cores(), progress=advance,
                 )  # fmt: skip
             say(f"page: {page}")
         return self._status(found)
 
-    def _print(self, found: Sequence[Checked]) -> None:
+    def _repairs(
+        self, entries: Sequence[tuple[str, Layout | Refused]], found: Sequence[Checked],
+        frame: Frame,
+    ) -> tuple[dict[int, Repaired], BaseException | None]:  # fmt: skip
+        """The repairs of loads that fail or hover, by place, and what ended the work early."""
+        if not self.repair:
+            return {}, None
+        from steadyload.app.answers import Answer
+        from steadyload.app.repairs import RepairOptions
+        from steadyload.cli.repair import repaired
+
+        places = [k for k, one in enumerate(found) if one.answer in (Answer.FAILS, Answer.HOVERS)]
+        options = RepairOptions(method=self.method, gaps_cm=self.fail_on.gaps_cm, frame=frame)
+        done, ended = repaired([entries[place] for place in places], options, self.workers)
+        return dict(zip(places, done, strict=True)), ended
+
+    def _records(
+        self, found: Sequence[Checked], repairs: Mapping[int, Repaired]
+    ) -> list[dict[str, Any]]:
+        records = [one.to_dict() for one in found]
+        if self.repair:
+            from steadyload.app.repair_results import repair_fields
+
+            for place, record in enumerate(records):
+                record |= repair_fields(repairs.get(place))
+        return records
+
+    def _print(self, found: Sequence[Checked], repairs: Mapping[int, Repaired]) -> None:
         from steadyload.app.answers import Answer, on_the_road, too_far
 
         if self.json:
-            print(json.dumps([one.to_dict() for one in found], indent=1))
+            print(json.dumps(self._records(found, repairs), indent=1))
         elif self.csv:
-            print(_as_csv(found), end="")
+            print(csv_text(self._records(found, repairs)), end="")
         else:
             asked = self.transport is not None
             name, sentence = _widths(found, asked)
@@ -133,9 +178,10 @@ class Check(Files):
             files = [one.file for one in found]
             print_table(_header(found, asked), rows, files)
             places = [f"{name}: " for name in file_names(files)] or [""] * len(found)
-            for place, one in zip(places, found, strict=True):
+            for number, (place, one) in enumerate(zip(places, found, strict=True)):
                 cut = len(printable(one.sentence)) > sentence
-                for note in (one.sentence,) * cut + one.notes * (not one.stands):
+                notes = (one.sentence,) * cut + one.notes * (not one.stands)
+                for note in (*notes, *_repair_notes(repairs.get(number))):
                     print(f"{place}{printable(one.layout)}: {printable(note)}")
             if any(one.reliability is not None for one in found):
                 print(_ACCURACY)
@@ -143,6 +189,8 @@ class Check(Files):
             if any(one.gap is not None and one.answer in upright for one in found):
                 print(too_far(found[0].frame, found[0].gaps_cm))
             print(_counts(found))
+            if self.repair:
+                print(_repair_counts(repairs))
             for rule in dict.fromkeys(one.transport.rule for one in found if one.transport):
                 print(printable(on_the_road(rule)))
             if asked:
@@ -161,6 +209,19 @@ class Check(Files):
             return FAILS
         lost = Answer.NOT_JUDGED in answers or None in held
         return NOT_JUDGED if lost and self.fail_on.not_judged else STANDS
+
+
+def _repair_notes(repair: Repaired | None) -> list[str]:
+    """The repair of a load in sentences; none where there is none."""
+    told = () if repair is None else (repair.sentence, *repair.sentences)
+    return [f"repair: {note}" for note in told]
+
+
+def _repair_counts(repairs: Mapping[int, Repaired]) -> str:
+    from steadyload.app.repair_results import Outcome
+
+    done = sum(one.outcome is Outcome.REPAIRED for one in repairs.values())
+    return f"repair: {done} of {len(repairs)} that fail or hover stand when they are changed"
 
 
 def _header(found: Sequence[Checked], transport: bool) -> tuple[str, ...]:
@@ -214,21 +275,3 @@ def _counts(found: Sequence[Checked]) -> str:
         holding = sum(one.held is True for one in roads)
         road = f"; {holding} hold {printable(roads[0].rule, _NAME)} ({roads[0].method})"
     return f"{pallets}: {', '.join(told)}{method}{road}"
-
-
-def _cell(text: str) -> str:
-    """A text that no spreadsheet takes for a formula."""
-    return "'" * text.startswith(("=", "+", "-", "@")) + printable(text)
-
-
-def _as_csv(found: Sequence[Checked]) -> str:
-    text = io.StringIO()
-    records = [
-        {key: _cell(value) if isinstance(value, str) else value for key, value in fields.items()}
-        for fields in (one.to_dict() | {"outside": "; ".join(one.outside)} for one in found)
-    ]
-    if records:
-        writer = csv.DictWriter(text, list(records[0]), lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(records)
-    return text.getvalue()

@@ -59,6 +59,7 @@ class Command:
 _OWN: Mapping[Group, tuple[tuple[str, str, str], ...]] = {
     Group.USE: (
         ("check", "check:Check", "do planned pallets stand while they are loaded?"),
+        ("repair", "repair:Repair", "find the nearest plans that stand, and write them"),
         ("transport", "transport:Transport",
          "what accelerations do loaded pallets hold on the road?"),
         ("demo", "demo:Demo", "check a dozen shipped pallets, and open their page"),

@@ -5,12 +5,15 @@ Rich is imported when something is shown, so that wrong flags are reported at on
 
 from __future__ import annotations
 
+import csv
+import io
 import logging
 import os
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from steadyload.cli.interrupts import is_behind, working
 from steadyload.escaping import printable
@@ -112,6 +115,26 @@ def print_table(
     with console.capture() as capture:
         console.print(table)
     print("\n".join(line.rstrip() for line in capture.get().splitlines()))
+
+
+def csv_text(records: Sequence[Mapping[str, Any]]) -> str:
+    """Records as CSV, the keys of the first as the header; lists are texts with semicolons."""
+    text = io.StringIO()
+    if records:
+        writer = csv.DictWriter(text, list(records[0]), lineterminator="\n")
+        writer.writeheader()
+        for record in records:
+            writer.writerow({key: _cell(value) for key, value in record.items()})
+    return text.getvalue()
+
+
+def _cell(value: Any) -> Any:
+    """A value; of a text one that no spreadsheet takes for a formula."""
+    if isinstance(value, list):
+        value = "; ".join(map(str, value))
+    if not isinstance(value, str):
+        return value
+    return "'" * value.startswith(("=", "+", "-", "@")) + printable(value)
 
 
 @contextmanager

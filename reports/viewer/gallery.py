@@ -51,6 +51,7 @@ def gallery_html(gallery: Gallery) -> str:
         shared=packed_shared_texts(),
         pictures=packed(json.dumps(_pictures(gallery), separators=(",", ":"))),
         players=[packed(card.player) if card.player else "" for card in gallery.cards],
+        repaired=[packed(card.repaired) if card.repaired else "" for card in gallery.cards],
     )
 
 

@@ -115,9 +115,10 @@ class View:
     ``deck`` is the height above the ground of a deck with edges [cm], 0 for a plane without.
     ``forces`` are the contact forces of the complete load, upwards, one a contact: where they act
     (x, y, z) [cm] and how large they are [kg], shape (k, 4); none where they are not known.
-    ``reasons`` say how the boxes at fault stand in the plan. ``gap_note`` is a sentence on the
-    largest gap below a box that has nothing under it, and ``hovering`` says whether it is larger
-    than is allowed. ``axes`` are names of x, y and z, and ``units`` those of all that is said.
+    ``reasons`` say how the boxes at fault stand in the plan, and ``changes`` how a repaired plan
+    differs from the one before. ``gap_note`` is a sentence on the largest gap below a box that has
+    nothing under it, and ``hovering`` says whether it is larger than is allowed. ``axes`` are names
+    of x, y and z, and ``units`` those of all that is said.
     """
 
     name: str
@@ -128,6 +129,7 @@ class View:
     manifest: Mapping[str, str]
     forces: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 4)))
     reasons: tuple[str, ...] = ()
+    changes: tuple[str, ...] = ()
     gap_note: str = ""
     hovering: bool = False
     axes: tuple[str, str, str] = ("x", "y", "z")
@@ -151,6 +153,7 @@ class Card:
         badges: what else is wrong, each in a word or two; the gallery filters by them, too.
         player: page of :func:`steadyload.reports.viewer.page.player_html` with the marks of
             :data:`steadyload.reports.viewer.page.MARKS`; empty where nothing can be played.
+        repaired: the same of the repaired plan; empty where there is none.
     """
 
     name: str
@@ -163,6 +166,7 @@ class Card:
     amber: bool = False
     badges: tuple[str, ...] = ()
     player: str = ""
+    repaired: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -228,3 +228,46 @@ def test_a_crushed_box_and_a_load_that_fails_on_the_road_have_badges(browser, ba
     )
     assert browser.value(amber) == [1]
     assert browser.errors == []
+
+
+def test_a_card_plays_the_plan_and_its_repair(browser, tmp_path):
+    write_layouts(tmp_path / "two.json", LAYOUTS[:2], Format.NATIVE)
+    entries = read_entries((tmp_path / "two.json",))
+    repair = sl.repair(LAYOUTS[1])
+    path = write_checked(entries, check_all(entries, workers=0), tmp_path / "out",
+                         repairs={1: repair}, workers=0)  # fmt: skip
+    browser.errors.clear()
+    browser("Page.navigate", url=path.resolve().as_uri())
+    waits(browser, "window.ready === true")
+    facts = browser.value("document.querySelectorAll('.facts')[1].textContent")
+    assert "repair: stands: " in facts
+    frame = "document.querySelector('dialog iframe')"
+    inside = f"{frame}?.contentWindow"
+    browser.value("document.querySelectorAll('button.card')[1].click()")
+    waits(browser, f"{inside}?.player?.frames > 1")
+    shown = "[planned, repaired].map(b => [b.hidden, b.getAttribute('aria-pressed')])"
+    assert browser.value(shown) == [[False, "true"], [False, "false"]]
+    centre = f"{inside}.player.data.loadings[0].planned[2][0]"
+    assert browser.value(f"{inside}.player.data.loadings[0].failing") == 2
+    assert browser.value(centre) == pytest.approx(54.0)
+    browser.value("document.getElementById('repaired').click()")
+    waits(
+        browser,
+        f"{inside}?.player?.frames > 1 && {inside}.player.data.loadings[0].failing === null",
+    )
+    moved = repair.layout.items[repair.origins.index(2)]
+    assert browser.value(f"{inside}.player.data.loadings[0].planned[{moved.sequence}][0]") == (
+        pytest.approx(moved.position[0] + 5.0)
+    )
+    told = f"[...{inside}.document.querySelectorAll('header li')].map(c => c.textContent)"
+    assert browser.value(told) == repair.sentences
+    assert browser.value("playing.textContent").endswith(": repaired")
+    assert browser.value(shown) == [[False, "false"], [False, "true"]]
+    browser.value("planned.click()")
+    waits(
+        browser, f"{inside}?.player?.frames > 1 && {inside}.player.data.loadings[0].failing === 2"
+    )
+    browser.value("earlier.click()")
+    waits(browser, f"{inside}?.player?.frames > 1 && {inside}.player.data.items.length === 3")
+    assert browser.value("[planned.hidden, repaired.hidden]") == [True, True]
+    assert not browser.errors

@@ -2,7 +2,7 @@
 
 const cards = [...document.querySelectorAll("#cards li")];
 const dialog = find("dialog");
-let pictures = null, shared = null, opened = null;
+let pictures = null, shared = null, opened = null, asked = "player";
 
 // A load, seen from high x, y and z.
 function draw(canvas, { pallet, boxes: flat, order, marked, amber }) {
@@ -65,13 +65,20 @@ function sort() {
 
 const playable = () => cards.filter((card) => !card.hidden && card.querySelector("button"));
 
-async function open(card) {
+// A card has a plan, and where it was repaired the plan that stands.
+async function open(card, plan = "player") {
   opened = card;
+  asked = plan;
   const { number } = card.dataset;
-  const page = await unpacked(`player-${number}`);
-  if (opened !== card) return;
+  for (const [id, of] of [["planned", "player"], ["repaired", "repaired"]]) {
+    if (!find(id)) continue;
+    find(id).hidden = !find(`repaired-${number}`);
+    find(id).setAttribute("aria-pressed", of === plan);
+  }
+  const page = await unpacked(`${plan}-${number}`);
+  if (opened !== card || asked !== plan) return;
   const name = card.querySelector(".name").textContent;
-  play(page, shared, name, `${name}: ${card.querySelector(".answer").textContent}`);
+  play(page, shared, name, `${name}: ${plan === "player" ? card.querySelector(".answer").textContent : plan}`);
   history.replaceState(null, "", `#${number}`);
 }
 
@@ -93,6 +100,10 @@ function listen() {
   find("close").onclick = () => dialog.close();
   find("earlier").onclick = () => beside(-1);
   find("later").onclick = () => beside(1);
+  if (find("planned")) {
+    find("planned").onclick = () => open(opened);
+    find("repaired").onclick = () => open(opened, "repaired");
+  }
   dialog.onclose = () => {
     dialog.querySelector("iframe")?.remove();
     history.replaceState(null, "", location.pathname + location.search);
@@ -115,8 +126,8 @@ function listen() {
     cards.forEach((card) => seen.observe(card));
     listen();
     filter();
-    const asked = cards.find((card) => location.hash === `#${card.dataset.number}` && card.querySelector("button"));
-    if (asked) open(asked);
+    const first = cards.find((card) => location.hash === `#${card.dataset.number}` && card.querySelector("button"));
+    if (first) open(first);
     window.ready = true;
   } catch (error) {
     find("error").hidden = false;

@@ -1,0 +1,350 @@
+"""``steadyload repair``, and ``check --repair``: what is written, printed, refused and ended by."""
+
+import csv
+import io
+import json
+import shutil
+
+import pytest
+
+import steadyload as sl
+from steadyload.app import checking, repairs
+from steadyload.cli import main
+from steadyload.layouts.formats import Format, write_layouts
+from steadyload.methods.contract.method import Status, Verdict
+
+PALLET = sl.Pallet(120, 160, 80)
+
+
+def boxes(name, *told):
+    """A layout of boxes of 40 x 30 x 40 cm, each (id, x, y, z)."""
+    items = tuple(
+        sl.Item(n, (x, y, z), (40, 30, 40), 12.0 - n, name=id_)
+        for n, (id_, x, y, z) in enumerate(told)
+    )
+    return sl.Layout(name, PALLET, items)
+
+
+STANDS = boxes("stands", ("A", 0, 0, 0), ("B", 10, 30.4, 0))
+LEANS = boxes("leans", ("A", 0, 0, 0), ("B", 25, 30, 0))
+EARLY = boxes("early", ("A", 0, 0, 0), ("TOP", 25, 30, 0), ("B", 40, 0, 0))
+HOPELESS = sl.Layout(
+    "hopeless",
+    sl.Pallet(40, 40, 40, overhang=0.0),
+    (
+        sl.Item(0, (0, 0, 0), (10, 30, 10), 12, name="PILLAR"),
+        sl.Item(1, (0, 30, 0), (40, 10, 40), 9, name="SLAB", max_load=1.0),
+    ),
+)
+"""The slab tips on its pillar, would be crushed below it, and there is no room beside it."""
+
+WAREHOUSE = """\
+Palette;PL;PB;PH;Folge;Artikel;Kunde;X;Y;Z;L;B;H;Gewicht
+P-1;1200;800;2000;1;SKU-2001;007;150;100,50;50;300;201;100;8611
+P-1;1200;800;2000;2;SKU-2002;=1+1;310;100,50;150;300;201;100;7250
+P-2;1200;800;2000;1;SKU-2003;;150;100,50;50;300;201;100;8611
+"""
+PROFILE = """\
+units = "mm"
+weight = "g"
+up = "z"
+positions = "centre"
+order = "from-1"
+other_columns = "ignore"
+
+[columns]
+layout = "Palette"
+pallet_length = "PL"
+pallet_width = "PB"
+pallet_height = "PH"
+sequence = "Folge"
+id = "Artikel"
+length = "L"
+width = "B"
+height = "H"
+weight = "Gewicht"
+"""
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch, in_this_process):
+    """Where the files lie and the command runs."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
+def run(folder, capsys):
+    """Run the command; returns status, output and errors."""
+
+    def of(*words):
+        status = main([*map(str, words)])
+        said = capsys.readouterr()
+        return status, said.out, said.err
+
+    return of
+
+
+def native(path, *layouts):
+    write_layouts(path, layouts, Format.NATIVE)
+    return path
+
+
+def places(path, **reading):
+    return {
+        layout.name: [(item.name, item.position) for item in layout.items]
+        for layout in sl.read(path, **reading)
+    }
+
+
+def test_a_native_file_is_written_with_its_failing_plans_replaced(run, folder):
+    native(folder / "in.json", STANDS, LEANS, EARLY)
+    status, out, err = run("repair", "in.json", "-o", "out.json")
+    assert (status, err) == (0, "plans: out.json\n")
+    header, *rows, moved, reordered, last = out.splitlines()
+    assert header.split() == ["pallet", "boxes", "repair"]
+    assert [" ".join(row.split()) for row in rows] == [
+        "stands 2 stands as it is",
+        "leans 2 stands: 1 box moved",
+        "early 3 stands by another order of loading alone",
+    ]
+    assert moved.startswith("leans: box B (step 1) moves ")
+    assert moved.endswith(" cm towards -x")
+    assert reordered == "early: box B (step 2) is loaded before box TOP (step 1)"
+    assert last.startswith("3 plans: 1 stands as it is, 2 repaired (")
+    before, after = places("in.json"), places("out.json")
+    assert after["stands"] == before["stands"]
+    assert after["leans"][0] == before["leans"][0]
+    assert 10.0 < after["leans"][1][1][0] < 25.0
+    assert after["early"] == [before["early"][step] for step in (0, 2, 1)]
+    assert run("check", "in.json")[0] == 1
+    assert run("check", "out.json")[0] == 0
+    assert places("in.json") == before
+
+
+@pytest.mark.parametrize(("allowed", "changed"), [("shift", "X"), ("turn,shift", "X L B")])
+@pytest.mark.parametrize("flags", [("--profile", "wms.toml"), None])
+def test_a_file_in_the_words_of_a_warehouse_is_read_back_by_the_same_flags(
+    run, folder, flags, allowed, changed
+):
+    (folder / "in.csv").write_text(WAREHOUSE)
+    (folder / "wms.toml").write_text(PROFILE)
+    if flags is None:
+        columns = PROFILE.partition("[columns]\n")[2].replace('"', "").replace(" ", "").split()
+        flags = ("--units", "mm", "--weight", "g", "--up", "z", "--positions", "centre",
+                 "--order", "from-1", "--other-columns", "ignore",
+                 "--columns", ",".join(columns))  # fmt: skip
+    status, out, _ = run("repair", "in.csv", "-o", "out.csv", "--allow", allowed, *flags)
+    assert status == 0
+    assert "P-1: box SKU-2002 (step 1) " in out
+    assert " mm towards -x" in out
+    assert run("check", "in.csv", *flags)[0] == 1
+    assert run("check", "out.csv", *flags)[0] == 0
+    before, after = WAREHOUSE.splitlines(), (folder / "out.csv").read_text().splitlines()
+    assert [line for line in before if line not in after] == [before[2]]
+    [line] = [line for line in after if line not in before]
+    old, new = csv.DictReader([before[0], before[2], line], delimiter=";")
+    assert [name for name in old if old[name] != new[name]] == changed.split()
+    assert 150 < float(new["X"].replace(",", ".")) < 310
+
+
+def test_what_is_not_repaired_stays_as_it_is_and_is_told(run, folder):
+    native(folder / "in.json", HOPELESS, LEANS)
+    status, out, _ = run("repair", "in.json", "-o", "out.json", "--seconds", "3")
+    assert status == 1
+    assert places("out.json")["hopeless"] == places("in.json")["hopeless"]
+    [told] = [line for line in out.splitlines() if line.startswith("hopeless: ")]
+    assert told.startswith("hopeless: not repaired: box PILLAR (step 0) has no free place")
+    assert "2 plans: 0 stand as they are, 1 repaired, 1 not repaired (" in out
+    words = ("--allow", "order,drop,shift,turn,move,leave", "--seconds", "3")
+    status, out, _ = run("repair", "in.json", "-o", "out.json", *words)
+    assert status == 0
+    left = [line for line in out.splitlines() if line.endswith("is left out")]
+    kept = [name for name, _ in places("out.json")["hopeless"]]
+    assert len(left) == 2 - len(kept) > 0
+    for line in left:
+        assert line.split()[2] not in kept
+    assert len(places("out.json")["leans"]) == 2
+
+
+@pytest.mark.parametrize("words", [("--json",), ("--csv",)])
+def test_records_have_the_fields_of_a_repair(run, folder, words):
+    native(folder / "in.json", STANDS, EARLY, LEANS)
+    status, out, err = run("repair", "in.json", "-o", "out.json", *words)
+    assert (status, err) == (0, "plans: out.json\n")
+    if words == ("--json",):
+        records = json.loads(out)
+        assert [len(record["changes"]) for record in records] == [0, 1, 1]
+        assert [record["by_order_alone"] for record in records] == [False, True, False]
+        sentences = [[change["sentence"] for change in record["changes"]] for record in records]
+    else:
+        records = [*csv.DictReader(io.StringIO(out))]
+        sentences = [list(filter(None, record["changes"].split("; "))) for record in records]
+    assert sentences[1] == ["box B (step 2) is loaded before box TOP (step 1)"]
+    assert [record["outcome"] for record in records] == ["unchanged", "repaired", "repaired"]
+    assert list(records[0]) == list(sl.repair(STANDS).to_dict())
+
+
+def test_several_files_go_into_a_folder_and_a_folder_takes_one(run, folder):
+    (folder / "more").mkdir()
+    native(folder / "a.json", LEANS)
+    native(folder / "more" / "b.json", STANDS, EARLY)
+    status, out, err = run("repair", "a.json", "more/b.json", "-o", "made")
+    assert status == 0
+    assert [line.split()[0] for line in out.splitlines()[:2]] == ["file", "a.json"]
+    assert "b.json: early: box B" in out
+    assert err == "plans: made/a.json\nplans: made/b.json\n"
+    assert run("check", "made/a.json", "made/b.json")[0] == 0
+    assert run("repair", "a.json", "-o", "more")[0] == 0
+    assert run("check", "more/a.json")[0] == 0
+    assert run("repair", "a.json", "more/b.json", "-o", "tables", "--to", "csv")[0] == 0
+    assert places("tables/b.csv").keys() == {"stands", "early"}
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (("in.json", "-o", "in.json"), "--output: 'in.json' is read, too"),
+        (("in.json", "-o", "./link.json"), "--output: 'link.json' is read, too"),
+        (("in.json", "-o", "."), "--output: 'in.json' is read, too"),
+        (("in.json", "-o", "no/such/out.json"), "--output: 'no/such' is no folder"),
+        (("in.json", "more/x.json", "-o", "out.txt"), "--output: 'out.txt' is no folder"),
+        (("in.json", "more/in.json", "-o", "made"), "two of the files would have the same name"),
+        (("-", "-o", "out.json"), "standard input has no form to write in; allowed: --to"),
+        (("in.json", "-o", "x.json", "--allow", "order,mve"), "allow has 'mve'; did you mean"),
+        (("in.json", "-o", "x.json", "--method", "smee"), "'smee'"),
+        (("in.json", "-o", "x.json", "--seconds", "0"), "--seconds: '0'; allowed: a number"),
+        (("in.json", "-o", "x.json", "--shift-cm", "-1"), "--shift-cm: '-1'; allowed"),
+        (("in.json", "-o", "x.json", "--json", "--csv"), "--json: not allowed with --csv"),
+        (("in.json",), "output"),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, tuple) else "",
+)
+def test_words_that_are_not_allowed_are_refused_before_anything_is_searched(
+    run, folder, monkeypatch, words, told
+):
+    monkeypatch.setattr(repairs, "_repaired", lambda *_: pytest.fail("it was searched"))
+    (folder / "more").mkdir()
+    (folder / "out.txt").write_text("kept")
+    for name in ("in.json", "more/x.json", "more/in.json"):
+        native(folder / name, LEANS)
+    (folder / "link.json").symlink_to("in.json")
+    before = sorted(folder.rglob("*"))
+    status, out, err = run("repair", *words)
+    assert (status, out) == (2, "")
+    assert told in err
+    assert err.count("\n") == 1
+    assert sorted(folder.rglob("*")) == before
+    assert (folder / "out.txt").read_text() == "kept"
+
+
+def test_a_layout_that_is_not_valid_stays_in_the_file_and_ends_with_2(run, folder):
+    native(folder / "in.json", LEANS, STANDS)
+    content = json.loads((folder / "in.json").read_text())
+    content["layouts"][1]["items"][0]["weight"] = -1
+    (folder / "in.json").write_text(json.dumps(content))
+    status, out, err = run("repair", "in.json", "-o", "out.json")
+    assert status == 2
+    assert 'in.json: layout "stands": box A (step 0): weight is -1 kg; allowed' in err
+    assert "2 plans: 0 stand as they are, 1 repaired, 1 bad input (" in out
+    after = json.loads((folder / "out.json").read_text())
+    assert after["layouts"][1] == content["layouts"][1]
+    assert after["layouts"][0] != content["layouts"][0]
+    assert run("repair", "in.json", "-o", "out.csv", "--to", "csv")[0] == 2
+    assert places("out.csv").keys() == {"leans"}
+
+
+def test_a_plan_that_was_not_judged_ends_with_3(run, folder, monkeypatch):
+    native(folder / "in.json", LEANS)
+    unknown = Verdict(2, Status.TIMEOUT, reason="it took too long")
+    monkeypatch.setattr(checking, "judge", lambda *_: unknown)
+    status, out, _ = run("repair", "in.json", "-o", "out.json", "-m", "sme", "--seconds", "2")
+    assert status == 3
+    assert "1 not repaired" in out
+    assert places("out.json") == places("in.json")
+
+
+def test_what_the_form_of_a_file_cannot_state_is_written_beside_it(run, folder):
+    """A packer's plan has no order of its own: it is loaded by height."""
+    certificate = (
+        "TYPE,ID,COPIES,BIN,STACK,X,Y,Z,LX,LY,LZ\nBIN,0,1,0,-1,0,0,0,100,100,100\n"
+        "ITEM,0,1,0,0,0,0,0,40,40,30\nITEM,1,1,0,0,27,0,30,40,40,30\n"
+    )
+    (folder / "in.csv").write_text(certificate)
+    status, out, err = run("repair", "in.csv", "-o", "out.csv", "--allow", "shift")
+    assert status == 2
+    assert "1 repaired" in out
+    assert "allowed in a certificate of PackingSolver: whole numbers" in err
+    assert "nothing is written to out.csv; its plans are in out.csv.native.json" in err
+    assert not (folder / "out.csv").exists()
+    assert run("check", "out.csv.native.json")[0] == 0
+
+
+@pytest.mark.parametrize("after", [1, 2])
+def test_what_is_repaired_by_an_interrupt_is_written(run, folder, monkeypatch, after):
+    native(folder / "in.json", EARLY, LEANS, STANDS)
+    own, done = repairs._repaired, []
+
+    def interrupted(layout, options):
+        if len(done) == after:
+            raise KeyboardInterrupt
+        done.append(layout.name)
+        return own(layout, options)
+
+    monkeypatch.setattr(repairs, "_repaired", interrupted)
+    status, out, err = run("repair", "in.json", "-o", "out.json")
+    assert status == 130
+    told = f"{after} of 3 plans were done; the others are written as they were"
+    assert err.splitlines()[-1] == f"steadyload: interrupted; {told}"
+    assert out.count("not repaired: interrupted before its end") == 3 - after
+    before, written = places("in.json"), places("out.json")
+    assert [name for name in before if before[name] != written[name]] == ["early", "leans"][:after]
+
+
+@pytest.mark.parametrize("words", [("--json",), ("--csv",), ()])
+def test_a_check_with_repairs_adds_them_and_changes_nothing_else(run, folder, words):
+    native(folder / "in.json", STANDS, LEANS, HOPELESS)
+    plain, more = run("check", "in.json", *words), run("check", "in.json", "--repair", *words)
+    assert plain[0] == more[0] == 1
+    if words == ("--json",):
+        old, new = json.loads(plain[1]), json.loads(more[1])
+    elif words == ("--csv",):
+        old, new = ([*csv.DictReader(io.StringIO(out))] for out in (plain[1], more[1]))
+    else:
+        told = more[1].splitlines()
+        extra = [line for line in told if ": repair: " in line or line.startswith("repair: ")]
+        assert [line for line in told if line not in extra] == plain[1].splitlines()
+        assert extra[0] == "leans: repair: stands: 1 box moved"
+        assert extra[1].startswith("leans: repair: box B (step 1) moves ")
+        assert extra[2].startswith("hopeless: repair: not repaired: box PILLAR (step 0)")
+        assert extra[3] == "repair: 1 of 2 that fail or hover stand when they are changed"
+        return
+    for one in old + new:
+        one.pop("cpu_seconds")
+    assert [{key: one[key] for key in old[0]} for one in new] == old
+    assert [one["repair_outcome"] or None for one in new] == [None, "repaired", "not repaired"]
+    assert "box B (step 1) moves " in str(new[1]["repair_changes"])
+    assert {key for key in new[0] if key not in old[0]} == {
+        "repair_outcome", "repair_sentence", "repair_by_order_alone", "repair_boxes_moved",
+        "repair_distance_cm", "repair_boxes_left_out", "repair_changes",
+    }  # fmt: skip
+
+
+def test_a_check_with_repairs_heeds_its_limit_on_gaps(run, folder):
+    native(folder / "in.json", boxes("airy", ("A", 0, 0, 0), ("B", 0, 31, 0)))
+    for limit, outcome in (("2", None), ("0.5", "repaired")):
+        words = ("--fail-on", f"any,gaps={limit}", "--repair", "--json")
+        [record] = json.loads(run("check", "in.json", *words)[1])
+        assert record["repair_outcome"] == outcome
+
+
+def test_the_page_of_a_check_plays_a_repaired_plan(run, folder):
+    native(folder / "in.json", STANDS, LEANS, HOPELESS)
+    assert run("check", "in.json", "--html", "plain")[0] == 1
+    assert run("check", "in.json", "--html", "made", "--repair")[0] == 1
+    plain, made = ((folder / name / "index.html").read_text() for name in ("plain", "made"))
+    ids = ['id="repaired-0"', 'id="repaired-1"', 'id="repaired-2"', 'id="planned"']
+    assert [one in made for one in ids] == [False, True, False, True]
+    assert [one in plain for one in ids] == [False] * 4
+    assert "repair: stands: 1 box moved" in made
+    shutil.rmtree(folder / "made")
