@@ -40,6 +40,7 @@ NAVIGATION = {
     "Start": ["docs/tour", "docs/installing", "CHANGELOG"],
     "My pallets": [
         "docs/check",
+        "docs/repair",
         "docs/pallets",
         "docs/layouts",
         "docs/view",
@@ -88,6 +89,9 @@ PACKAGES = (
     "properties",
     "gym",
     "app.checking",
+    "app.repairs",
+    "app.repair_results",
+    "app.repaired_files",
     "app.viewing",
 )
 """Packages and modules below ``steadyload`` of which every module has a page of API."""

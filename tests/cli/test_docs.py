@@ -59,7 +59,14 @@ def test_methods_that_are_told_exist():
 
 @pytest.mark.parametrize(
     ("name", "count"),
-    [("tour.md", 1), ("api.md", 9), ("check.md", 1), ("session.md", 4), ("packers.md", 1)],
+    [
+        ("tour.md", 1),
+        ("api.md", 10),
+        ("check.md", 1),
+        ("repair.md", 1),
+        ("session.md", 4),
+        ("packers.md", 1),
+    ],
 )
 def test_examples_print_what_stands_below_them(name, count, tmp_path, monkeypatch, capsys):
     """One after the other, as a reader would type them, beside the file that the page shows."""

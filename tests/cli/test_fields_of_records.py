@@ -10,12 +10,14 @@ import pyarrow.parquet as pq
 import pytest
 
 import steadyload as sl
+from steadyload.app.repair_results import repair_fields
 from steadyload.cli import main
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.methods.contract.old_keys import OLD_KEYS
 from steadyload.methods.registry import make_method
 from steadyload.methods.uncertainty import parse_uncertainty
+from steadyload.repairing.plan import Kind
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.results import COLUMNS, SCHEMA, load_results
 from steadyload.runs.runner import run_study
@@ -100,10 +102,30 @@ def test_docs_list_the_fields_of_loads_on_the_road(folder, capsys, words, head):
     assert fields == json.loads(capsys.readouterr().out)[0].keys()
 
 
+def test_docs_list_the_fields_of_repairs_in_their_order():
+    found = sl.repair(FALLS)
+    assert found.outcome == "repaired"
+    for head, record in (
+        ("field of a repair", found.to_dict()),
+        ("field of a repair in a check", repair_fields(found)),
+    ):
+        assert [field for fields, _ in listed("repair.md", head) for field in fields] == [*record]
+    [said] = [said for fields, said in listed("repair.md", "field of a repair")
+              if fields == ["changes"]]  # fmt: skip
+    assert re.findall(r"`(\w+)`", said) == list(found.to_dict()["changes"][0])
+
+
+def test_docs_list_all_that_may_change():
+    assert [word for words, _ in listed("repair.md", "word") for word in words] == [*Kind]
+
+
 def test_a_length_or_an_angle_has_its_unit_in_its_name(records, folder, capsys):
     main(["transport", str(folder / "falls.json"), "--rule", "tilt", "--json"])
     keys = {key for _, _, record in records.values() for key in record}
     keys |= json.loads(capsys.readouterr().out)[0].keys()
+    repair = sl.repair(FALLS)
+    keys |= repair.to_dict().keys() | repair.to_dict()["changes"][0].keys()
+    keys |= repair_fields(repair).keys()
     old = {key for kind in OLD_KEYS.values() for key in kind}
     without = {
         key for key in keys - old if UNSAID & {*key.split("_")} and not UNITS & {*key.split("_")}
