@@ -88,14 +88,19 @@ def test_an_answer_shows_what_it_says_and_how_sure_it_is():
 
 
 def test_a_repair_shows_the_plan_before_and_after_it_at_one_scale():
-    repair = sl.repair(column("falls", 0.0, 0.0, 9.0), ["shift"])
+    plan = sl.Layout("falls", sl.Pallet(30, 60, 30), (
+        sl.Item(0, (0, 0, 0), (10, 10, 10), 2.5), sl.Item(1, (0, 50, 0), (10, 10, 10), 2.5),
+        sl.Item(2, (0, 10, 0), (10, 10, 10), 2.5),
+    ))  # fmt: skip
+    repair = sl.repair(plan, ["drop", "move"])
+    assert repair.layout.upper[:, 1].max() < 60.0
     found = shown(repair)
     [told] = repair.sentences
     assert " ".join(found.words.split()) == (
         f"falls: stands: 1 box moved confirmed by {repair.judged_by} before "
         f"{repair.before.sentence} changes {told}"
     )
-    assert found.caption == "falls as planned, item 2 in red; repaired, moved boxes in amber"
+    assert found.caption == "falls as planned, item 1 in red; repaired, moved boxes in amber"
     assert found.picture.get("viewBox") == f"0 0 {2 * WIDTH} {HEIGHT}"
     fills = [shape.get("fill") for shape in found.picture]
     assert len(fills) == 2 * (1 + 3 * 3) + 3

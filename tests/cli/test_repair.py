@@ -185,6 +185,14 @@ def test_records_have_the_fields_of_a_repair(run, folder, words):
     assert list(records[0]) == list(sl.repair(STANDS).to_dict())
 
 
+def test_a_plan_that_stands_stays_in_the_file_whatever_is_closed_when_it_is_read(run, folder):
+    native(folder / "in.json", STANDS, LEANS)
+    status, _, _ = run("repair", "in.json", "-o", "out.json", "--snap")
+    assert status == 0
+    assert places("out.json")["stands"] == places("in.json")["stands"]
+    assert places("out.json", snap_gap=0.5)["stands"] != places("in.json")["stands"]
+
+
 def test_several_files_go_into_a_folder_and_a_folder_takes_one(run, folder):
     (folder / "more").mkdir()
     native(folder / "a.json", LEANS)
