@@ -1,4 +1,7 @@
-"""Files that are no valid file with a small change: holes, devices, bombs in headers."""
+"""Files that are no valid file with a small change: holes, devices, bombs in headers.
+
+Also the door that writes what it has read: a file of plans with its repairs.
+"""
 
 import io
 import json
@@ -13,6 +16,13 @@ from pathlib import Path
 
 from mutation import mutated
 
+from steadyload.app.repaired_files import write_repaired
+from steadyload.app.repairs import RepairOptions, repair_all
+from steadyload.layouts import Item, Layout, Pallet
+from steadyload.layouts.files.record import Refused
+from steadyload.layouts.formats import scan_layouts
+from steadyload.layouts.writers import as_csv, as_native
+from steadyload.runs.scoring import read_entries
 from steadyload.studies.kept_rows import unpack
 from steadyload.studies.published import Entry
 
@@ -146,3 +156,24 @@ def read_archive(path: Path) -> None:
     except Exception:
         assert not work.exists(), "a folder of a refused archive"
         raise
+
+
+def failing_plans() -> list[bytes]:
+    """Files of a plan with a box that leans, in which is room, and of one that stands."""
+    items = tuple(
+        Item(k, (x, y, 0.0), (40.0, 30.0, 40.0), 12.0, name=f"box {k}")
+        for k, (x, y) in enumerate(((0.0, 0.0), (25.0, 30.0), (60.0, 0.0)))
+    )
+    plans = [Layout("A", Pallet(120, 160, 80), items), Layout("B", Pallet(120, 160, 80), items[:1])]
+    return ["".join(as_native(plans)).encode(), as_csv(plans).encode()]
+
+
+def repair_file(path: Path) -> Exception | None:
+    """Repair the plans of a file, and write it again: what is written has all its layouts."""
+    entries, target = read_entries([path]), path.with_name("repaired")
+    found = repair_all(entries, RepairOptions(method="equilibrium", seconds=0.3), workers=0)
+    write_repaired(path, target, found)
+    refused = [entry.error for _, entry in entries if isinstance(entry, Refused)]
+    kept = [entry.name for entry in scan_layouts(target)]
+    assert kept == [entry.name for _, entry in entries], "a layout is gone"
+    return refused[0] if refused else None

@@ -437,6 +437,10 @@ FORMATS = {
     LayoutFormat.ACLPP.value: Format(lambda: [ACLPP], read_layout_file),
     LayoutFormat.PACKINGSOLVER.value: Format(lambda: [CERTIFICATE], read_certificate_in_python),
     "packvium": Format(lambda: [_packvium()], read_packvium_in_python, mutated_json),
+    "repaired": Format(
+        doors.failing_plans, doors.repair_file,
+        lambda file, draw: (mutated_json if file[:1] == b"{" else mutated)(file, draw),
+    ),
     "study": Format(lambda: [STUDY], read_study),
     "profile": Format(lambda: [PROFILE], lambda path: nothing(load_profile(path))),
     "config": Format(
@@ -521,7 +525,7 @@ FORMATS = {
 
 COSTLY = (
     "shard", "run-manifest", "labelled-tables", "labelled-manifest", "plan", "archive", "sparse",
-    "device",
+    "device", "repaired",
 )  # fmt: skip
 """Those of which an input takes milliseconds."""
 

@@ -10,7 +10,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 import fuzz
 from formats import COSTLY, FORMATS
 
-INPUTS = 1_500
+INPUTS = 1_800
 SEED = 14
 """One by which each of the planted readers does its harm."""
 
