@@ -11,7 +11,9 @@ import steadyload as sl
 from steadyload.app import checking, repairs
 from steadyload.cli import main
 from steadyload.layouts.formats import Format, write_layouts
+from steadyload.layouts.writers import as_native
 from steadyload.methods.contract.method import Status, Verdict
+from steadyload.repairing.plan import Kind
 
 PALLET = sl.Pallet(120, 160, 80)
 
@@ -191,6 +193,34 @@ def test_a_plan_that_stands_stays_in_the_file_whatever_is_closed_when_it_is_read
     assert status == 0
     assert places("out.json")["stands"] == places("in.json")["stands"]
     assert places("out.json", snap_gap=0.5)["stands"] != places("in.json")["stands"]
+
+
+def test_standard_input_is_repaired_into_a_named_format(run, folder, monkeypatch):
+    content = "".join(as_native([STANDS, EARLY])).encode()
+    for to, name in (("native", "out.json"), ("csv", "made/standard-input.csv")):
+        (folder / "made").mkdir(exist_ok=True)
+        monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO(content)))
+        status, _, _ = run("repair", "-", "-o", "made" if to == "csv" else name, "--to", to)
+        assert status == 0
+        assert [item for item, _ in places(name)["early"]] == ["A", "B", "TOP"]
+
+
+def test_a_search_that_ends_by_its_time_is_told(run, folder):
+    native(folder / "in.json", LEANS, STANDS)
+    status, out, _ = run("repair", "in.json", "-o", "out.json", "--seconds", "1e-6")
+    assert status == 1
+    assert "leans: not repaired: no plan was found within 1e-06 s of CPU time\n" in out
+    assert out.endswith("; 1 ended after 1e-06 s, more may find better\n")
+    assert places("out.json") == places("in.json")
+
+
+def test_the_help_tells_the_defaults(run, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "400")
+    _, out, _ = run("repair", "--help")
+    assert f"(default: {repairs.SHIFT_CM:g})" in out
+    assert f"(default: {repairs.SECONDS:g})" in out
+    assert set(repairs.ALLOWED) == {*Kind} - {Kind.LEAVE}
+    assert f"{', '.join(Kind)}, several with commas (default: all but leave)" in out
 
 
 def test_several_files_go_into_a_folder_and_a_folder_takes_one(run, folder):
