@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from steadyload.app.check_defaults import default_help
 from steadyload.cli.fail_on import ANY, WORDS, FailOn, fail_on
 from steadyload.cli.flags import UsageError
+from steadyload.cli.questions import say_question
 from steadyload.cli.reading import Files
 from steadyload.cli.terminal import (
     csv_text,
@@ -88,9 +89,7 @@ class Check(Files):
         from steadyload.app.checking import Answer, check_all
         from steadyload.errors import FailedError
         from steadyload.layouts.model.frame import Frame
-        from steadyload.layouts.model.question import Question
         from steadyload.methods.registry import make_method
-        from steadyload.runs.able import asked_question
         from steadyload.runs.envelope_use import score_warnings
         from steadyload.runs.pool import all_cores
         from steadyload.runs.scoring import read_entries
@@ -101,9 +100,8 @@ class Check(Files):
             rule_named(self.transport)
         entries = read_entries(self.files, limit=self.limit, **reading)
         method = None if self.method is None else make_method(self.method)
-        if method is not None and asked_question(method) is Question.WITHIN:
-            told = "looks at the first 0.3 s of a placement; question=stands at all of it"
-            say(f"{self.method} {told}")
+        if self.method is not None and method is not None:
+            say_question(self.method, method)
         try:
             with progress_bar("judging") as advance:
                 found = check_all(

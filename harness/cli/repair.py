@@ -12,6 +12,7 @@ from steadyload.app.check_defaults import default_help
 from steadyload.cli.convert import WRITABLE
 from steadyload.cli.flags import UsageError
 from steadyload.cli.interrupts import is_behind
+from steadyload.cli.questions import say_question
 from steadyload.cli.reading import Files, check_output
 from steadyload.cli.terminal import (
     csv_text,
@@ -87,15 +88,21 @@ class Repair(Files):
         """Repair all plans, write them, and print what came of each."""
         from steadyload.app.repair_results import Outcome
         from steadyload.layouts.model.frame import Frame
+        from steadyload.methods.registry import make_method
+        from steadyload.runs.envelope_use import score_warnings
         from steadyload.runs.scoring import read_entries
 
         targets, reading = self._targets(), self.reading()
         options = self._options(Frame.of(reading["dialect"]))
         entries = read_entries(self.files, **reading)
+        if self.method is not None:
+            say_question(self.method, make_method(self.method))
         found, ended = repaired(entries, options, self.workers)
         for one in found:
             if one.outcome is Outcome.BAD_INPUT:
                 say(f"steadyload: {one.reason}")
+        for warning in score_warnings(one.after.to_dict() for one in found if one.after):
+            say(warning)
         written = self._write(targets, found, reading["dialect"])
         with kept_status():
             self._print(found, options)

@@ -1,6 +1,7 @@
 """``steadyload repair``, and ``check --repair``: what is written, printed, refused and ended by."""
 
 import csv
+import dataclasses
 import io
 import json
 import shutil
@@ -212,6 +213,17 @@ def test_a_search_that_ends_by_its_time_is_told(run, folder):
     assert "leans: not repaired: no plan was found within 1e-06 s of CPU time\n" in out
     assert out.endswith("; 1 ended after 1e-06 s, more may find better\n")
     assert places("out.json") == places("in.json")
+
+
+def test_a_method_that_answers_another_question_or_errs_is_told(run, folder):
+    plan = boxes("beyond", ("A", 0, 0, 0), ("B", 5, 30, 0))
+    items = [dataclasses.replace(item, weight=10.0 ** (5 * k - 2)) for k, item in
+             enumerate(plan.items)]  # fmt: skip
+    native(folder / "in.json", dataclasses.replace(plan, items=tuple(items)))
+    _, _, err = run("repair", "in.json", "-o", "out.json", "-m", "ps_opt@mujoco", "--seconds", "2")
+    assert "ps_opt@mujoco looks at the first 0.3 s" in err
+    assert "1 of 1 cases lie beyond what its engine was measured to hold" in err
+    assert "looks at" not in run("repair", "in.json", "-o", "out.json", "-m", "sme")[2]
 
 
 def test_the_help_tells_the_defaults(run, monkeypatch):
