@@ -398,3 +398,24 @@ def test_the_page_of_a_check_plays_a_repaired_plan(run, folder):
     assert [one in plain for one in ids] == [False] * 4
     assert "repair: stands: 1 box moved" in made
     shutil.rmtree(folder / "made")
+
+
+@pytest.mark.parametrize("words", [("--json",), ()])
+def test_an_interrupt_of_repairs_keeps_the_answers_of_a_check(run, folder, monkeypatch, words):
+    native(folder / "in.json", EARLY, LEANS)
+    own = repairs._repaired
+
+    def interrupted(layout, options):
+        if layout.name == "leans":
+            raise KeyboardInterrupt
+        return own(layout, options)
+
+    monkeypatch.setattr(repairs, "_repaired", interrupted)
+    status, out, err = run("check", "in.json", "--repair", "--html", "page", *words)
+    assert (status, err) == (130, "steadyload: interrupted\n")
+    assert not (folder / "page").exists()
+    if words:
+        assert [one["answer"] for one in json.loads(out)] == ["fails", "fails"]
+        assert [one["repair_outcome"] for one in json.loads(out)] == ["repaired", "not repaired"]
+    else:
+        assert "repair: 1 of 2 that fail or hover stand when they are changed" in out
