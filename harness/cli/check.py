@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from steadyload.app.check_defaults import default_help
 from steadyload.cli.fail_on import ANY, WORDS, FailOn, fail_on
 from steadyload.cli.flags import UsageError
-from steadyload.cli.questions import say_question
+from steadyload.cli.method_question import say_question
 from steadyload.cli.reading import Files
 from steadyload.cli.terminal import (
     csv_text,

@@ -12,7 +12,7 @@ from steadyload.app.check_defaults import default_help
 from steadyload.cli.convert import WRITABLE
 from steadyload.cli.flags import UsageError
 from steadyload.cli.interrupts import is_behind
-from steadyload.cli.questions import say_question
+from steadyload.cli.method_question import say_question
 from steadyload.cli.reading import Files, check_output
 from steadyload.cli.terminal import (
     csv_text,
