@@ -96,6 +96,8 @@ class Check(ShownInNotebook):
         outside: a sentence for every way in which the layout lies beyond that.
         doubt: a sentence on a load that a simulation sees fall although contact forces balance it;
             else empty.
+        remedy: the smallest change by which the failing step would stand, in a sentence; empty for
+            a load that does not fail, or whose failing step is balanced.
         crushed: the box that first bears more than it may; the load fails then, at that step,
             unless something moves too far before. None where none does, or none has a limit.
         transport: whether the complete load holds a rule of the road; None where none was asked.
@@ -122,6 +124,7 @@ class Check(ShownInNotebook):
     reliability: Reliability | None = None
     outside: tuple[str, ...] = ()
     doubt: str = ""
+    remedy: str = ""
     crushed: Crushed | None = None
     transport: RuleAnswer | None = None
 
@@ -202,8 +205,7 @@ class Check(ShownInNotebook):
         found = [self.reason] if failing and self.crushed is None else []
         if self.gap_note and (self.hovering or not failing) and self.gap_note not in found:
             found.append(self.gap_note)
-        if self.doubt:
-            found.append(self.doubt)
+        found += [note for note in (self.remedy, self.doubt) if note]
         return tuple(found)
 
     def __str__(self) -> str:
@@ -245,6 +247,7 @@ class Check(ShownInNotebook):
             "method_reason": self.method_reason,
             "outside": list(self.outside),
             "doubt": self.doubt,
+            "remedy": self.remedy,
             "reliability": None if sure is None else sure.accuracy.value,
             "reliability_low": None if sure is None else sure.accuracy.low,
             "reliability_high": None if sure is None else sure.accuracy.high,

@@ -34,6 +34,7 @@ from steadyload.methods.envelope import leaves
 from steadyload.methods.registry import make_method
 from steadyload.numbers import number_within, seconds_allowed
 from steadyload.progress import Progress, silent
+from steadyload.repairing.remedy import remedy
 from steadyload.runs.able import asked_question
 from steadyload.runs.methods_here import method_named, use_methods
 from steadyload.runs.pool import PartLimit, SinglePart, run_units
@@ -128,9 +129,16 @@ def check(
         reliability=None if outside else reliability(judging, len(layout)),
         outside=outside,
         doubt=with_ids(doubt(layout, judging, verdict, frame), layout.items),
+        remedy=_remedy(layout, verdict, frame) if answer is Answer.FAILS and not crushed else "",
         crushed=crushed,
         transport=None if rule is None else answer_rule(layout, rule, judging),
     )
+
+
+def _remedy(layout: Layout, verdict: Verdict, frame: Frame) -> str:
+    """The smallest change by which the failing step would stand, in a sentence."""
+    found = None if verdict.failing_step is None else remedy(layout, verdict.failing_step)
+    return "" if found is None else found.sentence(layout, frame)
 
 
 def _unless_crushed(

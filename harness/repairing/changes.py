@@ -58,13 +58,8 @@ class Change:
         frame, said = frame or Frame(), []
         if self.turned:
             said.append("is turned by a quarter")
-        aside = [
-            f"{frame.length(abs(way), finely=True)} towards {'-' if way < 0 else '+'}{axis}"
-            for way, axis in zip(self.way, frame.axes, strict=True)
-            if way and axis != frame.axes[1]
-        ]
-        if aside:
-            said.append("moves " + " and ".join(aside))
+        if aside := sideways(self.way, frame):
+            said.append(f"moves {aside}")
         if self.way[1]:
             how = "comes down" if self.way[1] < 0 else "goes up"
             said.append(f"{how} {frame.length(abs(self.way[1]), finely=True)}")
@@ -81,6 +76,16 @@ class Change:
             "z_cm": z, "turned": self.turned, "loaded_before": self.before or None,
             "loaded_after": self.after or None,
         }  # fmt: skip
+
+
+def sideways(way: Vector, frame: Frame) -> str:
+    """The horizontal part of a way [cm] in words: "12 cm towards -x and 3 cm towards +z"."""
+    return " and ".join(
+        f"{frame.length(abs(way[axis]), finely=True)} towards {'-' if way[axis] < 0 else '+'}"
+        f"{frame.axes[axis]}"
+        for axis in (0, 2)
+        if way[axis]
+    )
 
 
 def changes_between(plan: Layout, changed: Layout, origins: Sequence[int]) -> tuple[Change, ...]:

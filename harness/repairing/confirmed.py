@@ -15,7 +15,7 @@ from steadyload.time_limit import TimeLimit, TimeoutExpiredError
 MARGINS = (0.05, OF_MOVED, 1.0, 2.0, 4.0)
 """Margins of balance [cm]: a box at fault gets the next larger one."""
 
-_PATIENCE, _WITH_BOXES_LEFT = 60, 400
+_PATIENCE, _WITH_BOXES_LEFT = 60, 2000
 """Tries without a better plan after which the search ends: where all boxes are kept, and else."""
 
 _OF_FEW = 3000

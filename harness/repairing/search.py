@@ -21,9 +21,9 @@ _AT_FIRST, _AT_ONCE = 16, 64
 _LOOKED_AT = 1500
 """Places of a box that are looked at, at most."""
 
-_STEPS, _NEAR = 0.4, 0.05
-"""Of geometric distributions: of how many boxes are put back, and of which of the nearest places of
-a box is taken."""
+_STEPS, _NEAR, _TAKEN_OFF = 0.4, 0.05, 0.25
+"""Of geometric distributions: of how many boxes are put back, of which of the nearest places of a
+box is taken, and of how many boxes are taken off."""
 
 _TRIED_NEARER = 24
 """Places of a box, nearer than where it is, that are tried in the end."""
@@ -31,8 +31,9 @@ _TRIED_NEARER = 24
 _FINEST = 0.05
 """A box that is slid towards its place in the plan ends so near to where it would fall [cm]."""
 
-_TRIED = 4
-"""Places at which a box stands that are tried with all other boxes."""
+_TRIED, _TRIED_WITH_LIMITS = 4, 24
+"""Places at which a box is balanced that are tried with all other boxes; and where boxes state what
+they may bear, which is looked at only then."""
 
 
 @dataclass(frozen=True)
@@ -100,8 +101,9 @@ class Search:
             if worst is not None and self._boxes.worth(now, ()) >= worst:
                 return None
         left = [box for box, place in enumerate(now) if place is None]
-        for box in sorted(left, key=lambda each: -self._boxes.volumes[each]):
-            now[box] = self._best_place(box, now, ())
+        noise = self._random.uniform(0.5, 1.5, len(left))
+        for place in np.argsort(-self._boxes.volumes[left] * noise, kind="stable"):
+            now[left[place]] = self._best_place(left[place], now, ())
         loaded = self._loading.load(now, self._margins_of(now))
         for box in loaded.stuck:
             now[box] = None
@@ -172,12 +174,23 @@ class Search:
         for box in changed[: int(draw.geometric(_STEPS))]:
             start[box] = planned[box]
         way = draw.random()
-        if way < 0.4:
+        if best.worth.left and draw.random() < 0.5:
+            self._take_off(start)
+        elif way < 0.4:
             self._push_below(chosen, start)
         elif way < 0.8:
             for _ in range(int(draw.integers(1, 3))):
                 self._push_aside(chosen, start)
         return start
+
+    def _take_off(self, places: list[Place | None]) -> None:
+        """Take out some of the boxes of the upper half, for them and those left out to be put."""
+        kept = [box for box, place in enumerate(places) if place is not None]
+        tops = [self._boxes.item(box, places[box]).position[1] for box in kept]  # type: ignore[arg-type]
+        upper = np.argsort(tops)[len(kept) // 2 :]
+        count = min(int(self._random.geometric(_TAKEN_OFF)), len(upper))
+        for place in self._random.choice(upper, count, replace=False):
+            places[kept[place]] = None
 
     def _push_below(self, box: int, places: list[Place | None]) -> None:
         """Put another box, if one may be there, below one that is at its place in the plan."""
@@ -254,8 +267,9 @@ class Search:
         others = self._items(places, {box, *ignored})
         found, _, turned = self._places.of(box, others, margin)
         kept: list[Place] = []
+        most = _TRIED_WITH_LIMITS if self._boxes.limited else _TRIED
         first, end = 0, 0
-        while len(kept) < _TRIED and end < min(len(found), _LOOKED_AT):
+        while len(kept) < most and end < min(len(found), _LOOKED_AT):
             self._check_time()
             first, end = end, end + (_AT_ONCE if end else _AT_FIRST)
             part = slice(first, end)
@@ -271,7 +285,7 @@ class Search:
                 place = _place(found[first + k], bool(flags[k]))
                 if place != self._boxes.planned[box] and (box, place) not in self.refused:
                     kept.append(place)
-        return kept[:_TRIED]
+        return kept[:most]
 
     def _items(self, places: Sequence[Place | None], without: Collection[int]) -> list[Item]:
         return [

@@ -1,0 +1,133 @@
+"""The smallest change by which a step that fails would stand."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from steadyload.layouts.model.contacts import find_supports
+from steadyload.layouts.model.footing import Side, footing
+from steadyload.layouts.model.frame import Frame
+from steadyload.layouts.model.layout import TOLERANCE, Layout, Vector
+from steadyload.layouts.model.naming import box_label
+from steadyload.methods.registry import make_method
+from steadyload.repairing.changes import sideways
+from steadyload.repairing.loading_order import LoadingOrder
+from steadyload.repairing.places import Places
+from steadyload.repairing.plan import Boxes, Kind
+from steadyload.repairing.search import MARGIN, OF_MOVED
+
+REACH = 30.0
+"""How far a box is shifted at most [cm]."""
+
+_AT_ONCE = 64
+"""Places that are looked at in one call."""
+
+
+@dataclass(frozen=True, slots=True)
+class Remedy:
+    """Changes, each of which alone would let a step stand with a margin of balance of 5 mm.
+
+    Attributes:
+        step: that fails.
+        after: step of a later box that would have to be loaded before; None where none helps.
+        way: by which the box would have to be elsewhere (x, y, z) [cm], the shortest one; None
+            where it stands nowhere within :data:`REACH`.
+        side: of the box on which its support ends too early; None where that is not the fault.
+        missing_cm: how much further the support would have to reach there [cm].
+        gives_way: step of the box below that loses its balance; None where it is the box itself.
+    """
+
+    step: int
+    after: int | None = None
+    way: Vector | None = None
+    side: Side | None = None
+    missing_cm: float = 0.0
+    gives_way: int | None = None
+
+    def sentence(self, layout: Layout, frame: Frame | None = None) -> str:
+        """The changes in words: "box 7 would stand if it lay 5.5 cm further towards -x".
+
+        Args:
+            layout: the plan.
+            frame: axes and unit of the sentence; None for ours.
+        """
+        frame, ways = frame or Frame(), []
+        if self.after is not None:
+            other = box_label(self.after, layout.items[self.after].name)
+            ways.append(f"if it were loaded after {other}")
+        if self.way is not None:
+            parts = [sideways(self.way, frame)] * bool(self.way[0] or self.way[2])
+            if self.way[1]:
+                parts.append(f"{frame.length(-self.way[1], finely=True)} lower")
+            ways.append(f"if it lay {' and '.join(parts)}")
+        if self.side is not None:
+            missing = frame.length(self.missing_cm, finely=True)
+            ways.append(f"if its support reached {missing} further to {self.side.way(frame)}")
+        box, below = box_label(self.step, layout.items[self.step].name), ""
+        if self.gives_way is not None:
+            name = layout.items[self.gives_way].name
+            below = f"; {box_label(self.gives_way, name)} gives way below it"
+        if ways:
+            return f"{box} would stand {', or '.join(ways)}{below}"
+        return f"{box} stands nowhere within {frame.length(REACH)} of its place{below}"
+
+
+def remedy(layout: Layout, step: int) -> Remedy | None:
+    """The smallest changes by which a step would stand; None where it is balanced as it is.
+
+    Args:
+        layout: the plan.
+        step: that fails.
+    """
+    boxes = Boxes(layout)
+    loading = LoadingOrder(boxes, reorder=True)
+    loaded, after = loading.load(boxes.planned, np.full(len(boxes), MARGIN)), None
+    if step in loaded.order:
+        before = loaded.order[: loaded.order.index(step)]
+        after = max((box for box in before if box > step), default=None)
+        if after is None:
+            return None
+    at_fault = footing(layout, step)
+    missing = at_fault.beyond + OF_MOVED if at_fault.side is not None else 0.0
+    below = _gives_way(boxes, step)
+    way = _shift(boxes, step)
+    if way is None and below is not None:
+        return Remedy(step, after, gives_way=below)
+    return Remedy(step, after, way, at_fault.side, missing, below)
+
+
+def _gives_way(boxes: Boxes, step: int) -> int | None:
+    """The lowest box below another one that is out of balance by its turn; None for none."""
+    supports = find_supports(boxes.layout)
+    below, found = [step], set[int]()
+    while below:
+        for carrier in supports.carriers(below.pop()):
+            if carrier < step and carrier not in found:
+                found.add(carrier)
+                below.append(carrier)
+    loading = LoadingOrder(boxes, reorder=False)
+    stuck = found.intersection(loading.load(boxes.planned, np.zeros(len(boxes))).stuck)
+    unbalanced = make_method("equilibrium").judge(boxes.layout.first(step + 1))
+    if unbalanced.failing_step == step and unbalanced.moved_item not in (None, step):
+        stuck.add(unbalanced.moved_item)
+    return min(stuck, key=lambda box: float(boxes.layout.lower[box, 1]), default=None)
+
+
+def _shift(boxes: Boxes, step: int) -> Vector | None:
+    """The shortest way to where a box stands in its turn, free of all others of the plan."""
+    loading = LoadingOrder(boxes, reorder=False)
+    loading.load(boxes.planned, np.zeros(len(boxes)))
+    others = [item for box, item in enumerate(boxes.layout.items) if box != step]
+    free = Places(boxes, {Kind.SHIFT, Kind.DROP}, REACH)
+    found, far, _ = free.of(step, others, OF_MOVED)
+    found = np.ascontiguousarray(found[far > TOLERANCE])
+    own = boxes.layout.items[step]
+    for first in range(0, len(found), _AT_ONCE):
+        part = found[first : first + _AT_ONCE]
+        stands = loading.stands(step, own, part, OF_MOVED)
+        if stands.any():
+            x, y, z = (part[int(stands.argmax())] - own.position).round(6).tolist()
+            return (x, y, z)
+    return None
