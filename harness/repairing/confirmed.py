@@ -15,10 +15,10 @@ from steadyload.time_limit import TimeLimit, TimeoutExpiredError
 MARGINS = (0.05, OF_MOVED, 1.0, 2.0, 4.0)
 """Margins of balance [cm]: a box at fault gets the next larger one."""
 
-_PATIENCE, _WITH_BOXES_LEFT = 60, 2000
+_PATIENCE, _WITH_BOXES_LEFT = 50, 2000
 """Tries without a better plan after which the search ends: where all boxes are kept, and else."""
 
-_OF_FEW = 3000
+_OF_FEW = 2000
 """More of these, divided by the number of boxes: tries with few boxes take little time."""
 
 _CORRECTIONS = 25

@@ -89,10 +89,16 @@ class Boxes:
 
     @cached_property
     def limits(self) -> FloatArray:
-        """The contour (lower, upper) and the deck (x0, z0, x1, z1) [cm], shape (10,)."""
-        pallet = self.layout.pallet
-        low, high = pallet.contour
-        return np.array([*low, *high, 0.0, 0.0, pallet.width, pallet.depth])
+        """The space for boxes (lower, upper) and the deck (x0, z0, x1, z1) [cm], shape (10,).
+
+        Boxes stand out over an edge of the deck no further than in the plan.
+        """
+        pallet, layout = self.layout.pallet, self.layout
+        low, high = map(np.array, pallet.contour)
+        deck = np.array([0.0, 0.0, pallet.width, pallet.depth])
+        low[::2] = np.maximum(low[::2], np.minimum(deck[:2], layout.lower[:, ::2].min(axis=0)))
+        high[::2] = np.minimum(high[::2], np.maximum(deck[2:], layout.upper[:, ::2].max(axis=0)))
+        return np.concatenate((low, high, deck))
 
     def item(self, box: int, place: Place) -> Item:
         """A box at a place."""

@@ -138,6 +138,8 @@ class Search:
         assert place is not None, "the box is kept"
         was, now = self._boxes.layout.items[box], self._boxes.item(box, place)
         goal = was.position[axis] + 0.5 * (was.size[axis] - now.size[axis])
+        low, high = self._boxes.limits[axis], self._boxes.limits[3 + axis] - now.size[axis]
+        goal = min(max(goal, low), high)
         way, share, step = goal - now.position[axis], 0.0, 1.0
         while abs(way) * step > _FINEST:
             self._check_time()

@@ -13,7 +13,9 @@ GRID = 5.0
 """All sides and positions are multiples of it [cm]."""
 
 
-def random_plan(seed, boxes, *, floating=0.15, shuffled=0.3, name="plan", limits=False):
+def random_plan(
+    seed, boxes, *, floating=0.15, shuffled=0.3, name="plan", limits=False, overhang=0.0
+):
     """A valid plan of boxes let down onto each other, and now and then left in the air.
 
     Args:
@@ -23,6 +25,7 @@ def random_plan(seed, boxes, *, floating=0.15, shuffled=0.3, name="plan", limits
         shuffled: share of plans in a random order of loading.
         name: of the layout.
         limits: a third of the boxes state what they may bear.
+        overhang: how far boxes may stand out over the deck [cm]; none does.
     """
     rng = np.random.default_rng(seed)
     while True:
@@ -43,7 +46,9 @@ def random_plan(seed, boxes, *, floating=0.15, shuffled=0.3, name="plan", limits
             )  # fmt: skip
         order = rng.permutation(boxes) if rng.random() < shuffled else np.arange(boxes)
         try:
-            return Layout(name, Pallet(WIDTH, HEIGHT, DEPTH, overhang=0.0), _numbered(items, order))
+            return Layout(
+                name, Pallet(WIDTH, HEIGHT, DEPTH, overhang=overhang), _numbered(items, order)
+            )
         except LayoutError:  # it is too high
             continue
 
@@ -61,6 +66,14 @@ def standing_plan(seed, boxes):
 def reordered(plan, order):
     """The same boxes at the same places in another order of loading."""
     return replace_items(plan, _numbered(plan.items, order))
+
+
+def with_first(plan, item):
+    """The plan with another box loaded first; None where that overlaps one."""
+    try:
+        return replace_items(plan, _numbered((item, *plan.items), range(len(plan) + 1)))
+    except LayoutError:
+        return None
 
 
 def _first(seed, boxes, stands, **how):

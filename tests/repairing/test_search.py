@@ -1,6 +1,7 @@
 """The search for the nearest plan that stands: is it the nearest, and is all else kept?"""
 
 from collections import Counter
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
@@ -8,7 +9,16 @@ import pytest
 from exhaustive import best_worth
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from plans import GRID, failing_plan, random_plan, reordered, standing_plan
+from plans import (
+    DEPTH,
+    GRID,
+    WIDTH,
+    failing_plan,
+    random_plan,
+    reordered,
+    standing_plan,
+    with_first,
+)
 
 from steadyload.layouts.model.layout import TOLERANCE
 from steadyload.methods import make_method
@@ -117,6 +127,19 @@ def test_a_changed_plan_keeps_all_that_is_to_be_kept(seed, boxes, limits):
         assert (item.name, item.weight, item.max_load) == (was.name, was.weight, was.max_load)
         assert item.size[1] == was.size[1]
         assert item.size in (was.size, was.size[::-1])
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_no_box_stands_out_over_the_deck_further_than_in_the_plan(seed):
+    plan = failing_plan(seed, 7, overhang=10.0)
+    widest = replace(plan.items[0], position=(-4.0, 0.0, 0.0), size=(5.0, 5.0, 5.0), name="out")
+    for tried, low in ((plan, 0.0), (with_first(plan, widest), -4.0)):
+        if tried is None:
+            continue
+        changed, _ = found(tried)
+        assert changed.lower[:, 0].min() >= low - TOLERANCE
+        assert changed.lower[:, 2].min() >= -TOLERANCE
+        assert (changed.upper[:, ::2].max(axis=0) <= (WIDTH + TOLERANCE, DEPTH + TOLERANCE)).all()
 
 
 @FEW
