@@ -19,10 +19,10 @@ from steadyload.layouts.benchmark.tables import (
     write_tables,
 )
 from steadyload.reports.table import percent
+from steadyload.studies.packed_plans import CONTAINERS, CUSTOMERS, EURO_PALLETS, OTHERS, plans_of
 from steadyload.studies.packers.causes import Cause, cause_of, widest_gap
 from steadyload.studies.packers.counting import PACKERS as ALL_PACKERS
 from steadyload.studies.packers.counting import summarise
-from steadyload.studies.packers.plans import CONTAINERS, CUSTOMERS, EURO_PALLETS, OTHERS, plans_of
 from steadyload.studies.packers.study import Packers
 
 EURO = Pallet(80.0, 130.0, 120.0)
