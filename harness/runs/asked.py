@@ -182,13 +182,38 @@ def kept_rows(
         store: Store[dict[str, Any], list[dict[str, Any]]] = Store(folder, JSON)
         store.complete(units, partial(_kept, measure), workers=workers, progress=progress)
         found = [store.read(unit.key)[0] for unit in units]
-    names = [one.name for one in dataclasses.fields(row)]  # type: ignore[arg-type]
-    rows = []
-    for unit, stored in zip(units, found, strict=True):
-        known = _values(unit) | stored
-        own = {name: known[name] for name in names if name in known}
-        rows.append(bind(row, own, f"kept row {unit.key}"))
+    rows = [_bound(unit, stored, row) for unit, stored in zip(units, found, strict=True)]
     return Measured(rows, found[-1].get(_MADE_WITH, {}))
+
+
+def rows_so_far(folder: Path, units: Sequence[Asked[R]], row: type[R]) -> list[R | None]:
+    """The rows that are kept; nothing is measured.
+
+    Args:
+        folder: of the rows; it need not exist.
+        units: any number.
+        row: class of the rows.
+
+    Returns:
+        A row a unit; None where none is kept.
+
+    Raises:
+        ConfigError: a row that is kept is of another form.
+        DamagedError: its file has changed since it was written.
+    """
+    from steadyload.runs.store import JSON, Store
+
+    store: Store[dict[str, Any], list[dict[str, Any]]] = Store(folder, JSON)
+    return [
+        _bound(unit, store.read(unit.key)[0], row) if unit.key in store else None for unit in units
+    ]
+
+
+def _bound(unit: Asked[R], stored: Mapping[str, Any], row: type[R]) -> R:
+    """The row of what is stored; fields of the unit that bear the same name are its own, too."""
+    known = {**_values(unit), **stored}
+    names = [one.name for one in dataclasses.fields(row)]  # type: ignore[arg-type]
+    return bind(row, {name: known[name] for name in names if name in known}, f"kept row {unit.key}")
 
 
 @cache

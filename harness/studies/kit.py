@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, ClassVar, Generic, Protocol, TypeVar, dataclas
 
 from steadyload.config import methods_option, operand, option, set_option
 from steadyload.progress import NamedProgress, silent
-from steadyload.runs.asked import Asked, Measured, asked, kept_rows
+from steadyload.runs.asked import Asked, Measured, asked, kept_rows, rows_so_far
 
 if TYPE_CHECKING:
     from steadyload.layouts.model.question import Question
@@ -86,6 +86,10 @@ class Lab:
             workers=self.workers if parallel else 0,
             progress=lambda *done: self.progress("measuring", *done),
         )
+
+    def so_far(self, units: Sequence[Asked[R]], row: type[R], *, folder: str) -> list[R | None]:
+        """The rows that :meth:`measure` has kept in a folder, None for each that is missing."""
+        return rows_so_far(self.work / folder, units, row)
 
     def judge(
         self,

@@ -104,6 +104,17 @@ def test_an_interrupted_run_goes_on(tmp_path):
     assert MEASURED == [2]
 
 
+def test_rows_so_far_are_those_that_are_kept(tmp_path):
+    lab, units = Lab(tmp_path), [Number(3, MADE), Number(1, MADE), Number(3, {"sme": "2"})]
+    assert lab.so_far(units, Answer, folder="answers") == [None, None, None]
+    assert list(tmp_path.iterdir()) == []
+    (kept,) = lab.measure(units[1:2], Answer, folder="answers").rows
+    MEASURED.clear()
+    assert lab.so_far(units, Answer, folder="answers") == [None, kept, None]
+    assert lab.so_far(units, Answer, folder="measured") == [None, None, None]
+    assert not MEASURED
+
+
 def test_what_is_asked_is_not_stored_in_its_row(tmp_path):
     Lab(tmp_path).measure([Number(4, MADE)], Answer, folder="answers")
     (record,) = stored(tmp_path / "answers")[0]
