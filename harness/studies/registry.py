@@ -40,6 +40,7 @@ STUDIES: dict[str, str] = {
     "benchmark": "steadyload.studies.benchmark.study:Benchmark",
     "transport": "steadyload.studies.transport.study:Transport",
     "packers": "steadyload.studies.packers.study:Packers",
+    "repair": "steadyload.studies.repair.study:RepairStudy",
     "scale": "steadyload.studies.scale.study:Scale",
 }
 """Study -> import path of its declaration, in the order of the index of pages."""

@@ -1,0 +1,1 @@
+"""Repair of packers' plans that fail, in several ways on the same plans."""

@@ -1,0 +1,351 @@
+"""Shares of failing plans that stand once they are changed, by way and packer."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
+
+import numpy as np
+
+from steadyload.layouts.benchmark.dataset import Benchmark
+from steadyload.layouts.benchmark.sizes import FEWER, FINE_SIZES, binned
+from steadyload.reports.columns import column, decimal, general, percent, row, significant
+from steadyload.runs.labels import made_with
+from steadyload.statistics.estimate import NOTHING, Estimate
+from steadyload.statistics.metrics import mean, ratio, share
+from steadyload.studies.packed_plans import PACKER_TITLES
+from steadyload.studies.repair.confirming import ENGINES
+from steadyload.studies.repair.plans import AllTried, Tried
+from steadyload.studies.repair.ways import Way
+
+ALL = "all"
+"""Plans of all packers together, each once."""
+
+_one_digit = partial(decimal, digits=1)
+
+
+@row
+class Shares:
+    """Plans of a packer, changed in a way; amounts are of those that stand then.
+
+    Amounts that are not known of a way are None.
+    """
+
+    packer: str = column()
+    way: Way = column(left=True)
+    plans: int = column("n")
+    stands: Estimate = column("stand %", percent, "of all, by the judge")
+    whole: Estimate = column("stand, none left out %", percent, "of all")
+    boxes_out: Estimate = column("boxes left out %", percent)
+    volume_out: Estimate = column("volume left out %", percent)
+    moved_median: float | None = column("boxes moved, median", general)
+    moved: Estimate | None = column("boxes moved, mean", _one_digit)
+    distance_cm: Estimate | None = column("moved by cm", _one_digit, "a moved box, on average")
+    retimed: Estimate | None = column("loaded at another time", _one_digit, "boxes, mean")
+    unchanged: int = column("stood before", about="by the judge, against the label")
+    timeouts: int = column("out of time", about="searches that the time limit ended")
+
+
+@row
+class Cost:
+    """CPU time of a way on plans of a size."""
+
+    boxes_of: str = column("boxes", left=False)
+    way: Way = column(left=True)
+    plans: int = column("n")
+    median_s: float = column("CPU s, median", significant)
+    most_s: float = column("90 % at most s", significant)
+    worst_s: float = column("worst s", significant)
+
+
+@row
+class Confirmed:
+    """Changed plans that the judge confirms, judged by others."""
+
+    packer: str = column()
+    way: Way = column(left=True)
+    plans: int = column("n")
+    by_engine: Mapping[str, Estimate] = column("{}: stand %", percent)
+    by_both: Estimate = column("both %", percent)
+
+
+@row
+class ByLabel:
+    """Changed plans that the judge confirms, by their label as far as they have one."""
+
+    packer: str = column()
+    way: Way = column(left=True)
+    plans: int = column("n")
+    labelled: int = column()
+    no_label: int = column("no label", about="something still moves in the end, or no end")
+    unfinished: int = column("not labelled yet")
+    stands: Estimate = column("stand %", percent, "of those with a label")
+
+
+@row
+class Until:
+    """Shares [%] by which plans are changed until they stand, ascending, of all plans of a way."""
+
+    way: Way
+    out: Sequence[float]
+    moved: Sequence[float]
+    plans: int
+
+
+@row
+class Found:
+    """Everything the page shows."""
+
+    plans: int
+    labelled: int
+    instances: int
+    fewest: int
+    most: int
+    judges: Sequence[str]
+    shares: Sequence[Shares]
+    costs: Sequence[Cost]
+    confirmed: Sequence[Confirmed]
+    by_label: Sequence[ByLabel]
+    until: Sequence[Until]
+    not_installed: str
+    made_with: Mapping[str, str]
+    tried: Sequence[Tried]
+
+    @property
+    def leave(self) -> Shares:
+        """All plans by the repair that may leave boxes out."""
+        return self._of(Way.LEAVE)
+
+    @property
+    def keep(self) -> Shares:
+        """Likewise by the repair that keeps all."""
+        return self._of(Way.KEEP)
+
+    @property
+    def order(self) -> Shares:
+        """Likewise by another order of loading alone."""
+        return self._of(Way.ORDER)
+
+    @property
+    def one_pass(self) -> Shares:
+        """Likewise by one pass."""
+        return self._of(Way.ONCE)
+
+    @property
+    def again(self) -> Shares | None:
+        """Likewise packed again; None without the packer."""
+        return next((each for each in self.all if each.way is Way.AGAIN), None)
+
+    @property
+    def all(self) -> Sequence[Shares]:
+        """Plans of all packers, a row a way."""
+        return [each for each in self.shares if each.packer == ALL]
+
+    @property
+    def by_packer(self) -> Sequence[Shares]:
+        """Plans of single packers."""
+        return [each for each in self.shares if each.packer != ALL]
+
+    @property
+    def leave_by_packer(self) -> Sequence[Shares]:
+        """Likewise by the repair that may leave boxes out."""
+        return [each for each in self.by_packer if each.way is Way.LEAVE]
+
+    @property
+    def leave_confirmed(self) -> Confirmed | None:
+        """All plans by the repair that may leave boxes out, judged by others; None for none."""
+        return next((each for each in self.confirmed if self._is_leave(each)), None)
+
+    @property
+    def leave_label(self) -> ByLabel | None:
+        """Likewise by their labels."""
+        return next((each for each in self.by_label if self._is_leave(each)), None)
+
+    @property
+    def leave_cost(self) -> Cost:
+        """Cost of the repair that may leave boxes out, plans of all sizes."""
+        return next(each for each in self.costs if (each.boxes_of, each.way) == (ALL, Way.LEAVE))
+
+    @property
+    def moving(self) -> Sequence[Until]:
+        """Ways of which it is known which boxes are moved."""
+        return [each for each in self.until if each.way is not Way.AGAIN]
+
+    @property
+    def most_out(self) -> tuple[float, float]:
+        """From 0 to the largest share of boxes left out [%], in tens."""
+        most = max((share for each in self.until for share in each.out), default=0.0)
+        return 0.0, 10.0 * (1 + most // 10)
+
+    def _of(self, way: Way) -> Shares:
+        return next(each for each in self.all if each.way is way)
+
+    @staticmethod
+    def _is_leave(one: Confirmed | ByLabel) -> bool:
+        return (one.packer, one.way) == (ALL, Way.LEAVE)
+
+
+def summarise(benchmark: Benchmark, found: AllTried) -> Found:
+    """Shares and amounts by way and packer; every interval resamples published instances."""
+    tried = found.tried
+    sizes = [len(one.plan.layout) for one in tried]
+    return Found(
+        plans=len({one.plan.layout.name for one in tried}),
+        labelled=found.labelled,
+        instances=len({one.plan.instance for one in tried}),
+        fewest=min(sizes),
+        most=max(sizes),
+        judges=list(dict.fromkeys(one.changed.judge for one in tried)),
+        shares=[_shares(*each) for each in _groups(tried)],
+        costs=list(_costs(tried, sizes)),
+        confirmed=[_confirmed(*each) for each in _groups(_standing(tried))],
+        by_label=[_by_label(*each) for each in _groups(_standing(tried))],
+        until=[_until(way, own) for packer, way, own in _groups(tried) if packer == ALL],
+        not_installed=found.not_installed,
+        made_with={**made_with(benchmark), **found.made_with},
+        tried=tried,
+    )
+
+
+def _standing(tried: Sequence[Tried]) -> list[Tried]:
+    return [one for one in tried if one.changed.stands]
+
+
+def _groups(tried: Sequence[Tried]) -> Iterator[tuple[str, Way, list[Tried]]]:
+    """By packer, all first, and way; empty groups are left out."""
+    for packer in (ALL, *PACKER_TITLES.values()):
+        for way in Way:
+            own = [
+                one
+                for one in tried
+                if one.way is way and (packer == ALL or packer in one.plan.packers)
+            ]
+            if own:
+                yield packer, way, own
+
+
+def _lists(tried: Sequence[Tried]) -> list[str]:
+    return [one.plan.instance for one in tried]
+
+
+def _shares(packer: str, way: Way, own: list[Tried]) -> Shares:
+    lists, standing = _lists(own), _standing(own)
+    of_standing = _lists(standing)
+    changed = [one.changed for one in standing]
+    boxes = [len(one.plan.layout) for one in standing]
+    volumes = [float(one.plan.layout.sizes.prod(axis=1).sum()) for one in standing]
+    moved = [one.moved for one in changed if one.moved is not None]
+    known = len(moved) == len(changed) and bool(changed)
+    far = [one.distance_cm or 0.0 for one in changed]
+    out = [one.volume_left_out * volume for one, volume in zip(changed, volumes, strict=True)]
+    return Shares(
+        packer=packer,
+        way=way,
+        plans=len(own),
+        stands=share([one.changed.stands for one in own], lists),
+        whole=share([one.changed.stands and not one.changed.left_out for one in own], lists),
+        boxes_out=ratio([one.left_out for one in changed], boxes, of_standing),
+        volume_out=ratio(out, volumes, of_standing),
+        moved_median=float(np.median(moved)) if known else None,
+        moved=mean(moved, of_standing) if known else None,
+        distance_cm=_far(far, moved, of_standing) if known else None,
+        retimed=mean([one.retimed or 0 for one in changed], of_standing) if known else None,
+        unchanged=sum(one.changed.outcome == "unchanged" for one in own),
+        timeouts=sum(one.changed.stopped == "time" for one in own),
+    )
+
+
+def _far(far: list[float], moved: list[int], lists: list[str]) -> Estimate:
+    """Distance of a moved box, on average over the plans in which one is moved."""
+    some = [k for k, count in enumerate(moved) if count]
+    if not some:
+        return NOTHING
+    return ratio([far[k] for k in some], [moved[k] for k in some], [lists[k] for k in some])
+
+
+def _costs(tried: Sequence[Tried], sizes: Sequence[int]) -> Iterator[Cost]:
+    place, names = binned(sizes, (FEWER, *FINE_SIZES))
+    bins = {ALL: list(tried)} | {
+        name: [one for one, at in zip(tried, place, strict=True) if at == number]
+        for number, name in names.items()
+    }
+    for name, members in bins.items():
+        for packer, way, own in _groups(members):
+            if packer == ALL:
+                seconds = [one.changed.seconds for one in own]
+                yield Cost(
+                    name, way, len(own), float(np.median(seconds)),
+                    float(np.quantile(seconds, 0.9)), max(seconds),
+                )  # fmt: skip
+
+
+def _confirmed(packer: str, way: Way, own: list[Tried]) -> Confirmed:
+    lists = _lists(own)
+    return Confirmed(
+        packer,
+        way,
+        len(own),
+        {title: share([one.engines[title].stands for one in own], lists) for title in ENGINES},
+        share([all(said.stands for said in one.engines.values()) for one in own], lists),
+    )
+
+
+def _by_label(packer: str, way: Way, own: list[Tried]) -> ByLabel:
+    labels = [(one.label, one.plan.instance) for one in own if one.label is not None]
+    settled = [(label, instance) for label, instance in labels if label.settled]
+    return ByLabel(
+        packer,
+        way,
+        len(own),
+        labelled=len(settled),
+        no_label=len(labels) - len(settled),
+        unfinished=len(own) - len(labels),
+        stands=share([label.stands for label, _ in settled], [each for _, each in settled]),
+    )
+
+
+def _until(way: Way, own: list[Tried]) -> Until:
+    standing = [(one.changed, len(one.plan.layout)) for one in _standing(own)]
+    return Until(
+        way,
+        sorted(100.0 * changed.left_out / boxes for changed, boxes in standing),
+        sorted(100.0 * (changed.moved or 0) / boxes for changed, boxes in standing),
+        len(own),
+    )
+
+
+COLUMNS = (
+    "packers", "plan", "boxes", "way", "outcome", "judge", "failing_step_before", "boxes_left_out",
+    "volume_left_out_share", "boxes_moved", "distance_cm", "boxes_loaded_at_another_time",
+    "order_alone", "cpu_s", "stopped", *(f"stands_by_{title.lower()}" for title in ENGINES),
+    "label_status", "label_failing_step",
+)  # fmt: skip
+"""Header of the file of all plans."""
+
+
+def as_csv(tried: Sequence[Tried]) -> str:
+    """All plans in all ways, a line each; what is not known is empty."""
+    text = io.StringIO()
+    lines = csv.writer(text, lineterminator="\n")
+    lines.writerow(COLUMNS)
+    for one in tried:
+        changed, label = one.changed, one.label
+        values = [
+            "; ".join(one.plan.packers), changed.plan, len(one.plan.layout), changed.way,
+            changed.outcome, changed.judge, changed.step_before,
+            *(
+                (changed.left_out, f"{changed.volume_left_out:.4f}")
+                if changed.stands
+                else (None, None)
+            ),
+            changed.moved,
+            None if changed.distance_cm is None else f"{changed.distance_cm:.1f}",
+            changed.retimed, changed.by_order_alone if changed.stands else None,
+            f"{changed.seconds:.3f}", changed.stopped,
+            *(one.engines[title].stands if one.engines else None for title in ENGINES),
+            label and label.status, label and label.failing_step,
+        ]  # fmt: skip
+        lines.writerow(["" if value is None else value for value in values])
+    return text.getvalue()

@@ -1,0 +1,59 @@
+"""Repair of packers' plans that fail: the part that has to change, beside simpler ways."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from steadyload.config import positive_number
+from steadyload.studies.kit import Lab, Study, operand, option
+
+if TYPE_CHECKING:
+    from steadyload.studies.repair.counting import Found
+
+FILE = "plans.csv"
+"""File beside the page: a line a plan and way."""
+
+
+class RepairStudy(Study["Found"]):
+    """Failing plans of a set, repaired in several ways, and judged by others than the judge."""
+
+    question = "How much of a packer's failing plan has to change until it stands?"
+    about = "repair packers' failing plans in several ways, and judge what comes of it"
+
+    directory: str | None = operand(
+        None,
+        "folder of a labelled set of real size (default: real, that of the package)",
+        metavar="DIR",
+    )
+    reference: bool = option(
+        False,
+        "judge changed plans by the reference, too, where that is missing: seconds each up to "
+        "60 boxes",
+    )
+    limit: int | None = option(
+        None, "repair only so many plans, the smallest (default: all)", least=1, metavar="N"
+    )
+    seconds: float = option(
+        10.0, "CPU seconds that a search may take (default: 10)", read=positive_number
+    )
+
+    def run(self, lab: Lab) -> Found:
+        """Missing plans are changed and judged, and all are counted."""
+        from steadyload.layouts.benchmark import REAL, load_benchmark
+        from steadyload.studies.repair.counting import summarise
+        from steadyload.studies.repair.plans import try_all
+
+        benchmark = load_benchmark(self.directory or REAL)
+        tried = try_all(
+            lab, benchmark, seconds=self.seconds, limit=self.limit, reference=self.reference
+        )
+        return summarise(benchmark, tried)
+
+    def beside(self, found: Found, folder: Path) -> None:
+        """All plans in all ways, as a CSV file."""
+        from steadyload.atomic import write_atomically
+        from steadyload.studies.repair.counting import as_csv
+
+        folder.mkdir(parents=True, exist_ok=True)
+        write_atomically(folder / FILE, as_csv(found.tried).encode())

@@ -1,0 +1,417 @@
+"""The study of repairs: which plans fail, ways of changing them, labels so far, and its page."""
+
+import csv
+import io
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from steadyload.app.checking import check
+from steadyload.app.repairs import Outcome
+from steadyload.layouts import Item, Layout, Pallet
+from steadyload.layouts.benchmark import REAL, load_benchmark
+from steadyload.layouts.benchmark.tables import BenchmarkError
+from steadyload.layouts.packers.packed import PackerNotInstalledError
+from steadyload.methods import make_method
+from steadyload.methods.contract.method import Status
+from steadyload.reports.table import percent
+from steadyload.runs.kept_only import kept_only
+from steadyload.studies.kit import Lab
+from steadyload.studies.repair import confirming, plans
+from steadyload.studies.repair.counting import ALL, COLUMNS, as_csv, summarise
+from steadyload.studies.repair.one_pass import one_pass
+from steadyload.studies.repair.packing_again import packed_again
+from steadyload.studies.repair.plans import Failing, failing_plans, try_all
+from steadyload.studies.repair.study import FILE, RepairStudy
+from steadyload.studies.repair.ways import ALLOWED_BY, Way, changed_by
+
+JUDGE = "equilibrium"
+BIN = Pallet(30.0, 60.0, 20.0, overhang=0.0)
+CUBE = (10.0, 10.0, 10.0)
+
+
+def loaded(name, *boxes, pallet=BIN):
+    """A plan of boxes: lower corner, and sides where they are not those of a cube [cm]."""
+    items = [
+        Item(step, tuple(map(float, low)), tuple(map(float, *size)) if size else CUBE, 4.0 + step)
+        for step, (low, *size) in enumerate(boxes)
+    ]
+    return Layout(name, pallet, tuple(items))
+
+
+STANDS = loaded("stands", ((0, 0, 0),), ((0, 10, 0),), ((10, 0, 0),))
+TOO_EARLY = loaded("too early", ((0, 10, 0),), ((0, 0, 0),))
+HANGS_OVER = loaded("hangs over", ((0, 0, 0),), ((8, 10, 0),))
+FULL = loaded(  # the last one hangs over; it stands nowhere unless the others move
+    "full",
+    ((0, 0, 0), (10, 60, 20)),
+    ((10, 0, 0), (10, 50, 20)),
+    ((10, 50, 0), (30, 10, 20)),
+    pallet=Pallet(40.0, 60.0, 20.0, overhang=0.0),
+)
+
+
+@pytest.fixture(scope="module")
+def real():
+    return load_benchmark(REAL)
+
+
+@pytest.fixture(scope="module")
+def failing(real):
+    return failing_plans(real)[0]
+
+
+def test_plans_that_fail_are_those_of_the_labels(real, failing):
+    keys = ["layout", "scenario"]
+    cases, stands = real.cases.set_index(keys), real.stands.set_index(keys)
+    sources = real.layouts.set_index("layout")["sources"] if "layout" in real.layouts else None
+    sources = real.layouts["sources"] if sources is None else sources
+    fails = {
+        layout
+        for table in (cases, stands)
+        for (layout, scenario), row in table.iterrows()
+        if scenario == "S1" and row["status"] == "done" and not pd.isna(row["failing_step"])
+        and len(sources[layout])
+    }  # fmt: skip
+    assert sorted(one.layout.name for one in failing) == sorted(fails)
+    sizes = [len(one.layout) for one in failing]
+    assert sizes == sorted(sizes)
+    assert all(one.packers and one.layout.mass_offsets.any() == 0 for one in failing)
+
+
+def plan_row(layout, scenario="S1", packer="py3dbp", **label):
+    usual = {
+        "is_known": True, "settled": True, "stands": True, "labelled": True, "within": True,
+        "items": 3, "instance": "i",
+    }  # fmt: skip
+    return {"layout": layout, "scenario": scenario, "packer": packer, **usual, **label}
+
+
+@pytest.mark.parametrize(
+    ("row", "fails"),
+    [
+        (plan_row("a"), False),
+        (plan_row("a", stands=False), True),
+        (plan_row("a", within=False), True),
+        (plan_row("a", settled=False, stands=False), False),
+        (plan_row("a", settled=False, stands=False, within=False), True),
+        (plan_row("a", labelled=False, within=False), False),
+        (plan_row("a", scenario="S2b", stands=False), False),
+        (plan_row("a", is_known=False, stands=False), False),
+    ],
+)
+def test_a_plan_fails_by_the_label_of_either_question(row, fails, monkeypatch):
+    table = pd.DataFrame([row, plan_row("b", stands=False), plan_row("c")])
+    monkeypatch.setattr(plans, "plans_of", lambda _: table)
+    set_ = SimpleNamespace(layout=lambda name, _: STANDS.renamed(name))
+    found, labelled = failing_plans(set_)
+    assert [one.layout.name for one in found] == (["a", "b"] if fails else ["b"])
+    known = row["is_known"] and row["scenario"] == "S1"
+    assert labelled == (3 if known else 2)
+
+
+def test_a_plan_of_two_packers_is_one_plan(monkeypatch):
+    rows = [plan_row("a", packer=packer, stands=False) for packer in ("Packvium", "py3dbp")]
+    monkeypatch.setattr(plans, "plans_of", lambda _: pd.DataFrame(rows))
+    (one,), labelled = failing_plans(SimpleNamespace(layout=lambda *_: STANDS))
+    assert (one.packers, labelled) == (("Packvium", "py3dbp"), 1)
+    monkeypatch.setattr(plans, "plans_of", lambda _: pd.DataFrame([plan_row("a")]))
+    with pytest.raises(BenchmarkError, match="no plan of a packer in this set fails"):
+        failing_plans(SimpleNamespace())
+
+
+@pytest.mark.parametrize("plan", [STANDS, TOO_EARLY, HANGS_OVER, FULL], ids=lambda one: one.name)
+def test_one_pass_leaves_only_what_is_balanced(plan):
+    changed, origins = one_pass(plan)
+    assert make_method("equilibrium").judge(changed).stable
+    assert [item.weight for item in changed.items] == [plan.items[k].weight for k in origins]
+    assert [sorted(item.size) for item in changed.items] == [
+        sorted(plan.items[k].size) for k in origins
+    ]
+    kept = {"full": (0, 1)}.get(plan.name, tuple(range(len(plan))))
+    assert origins == kept
+    if plan is STANDS:
+        assert [item.position for item in changed.items] == [i.position for i in plan.items]
+
+
+@pytest.mark.parametrize(
+    ("corner", "sides", "found", "turned"),
+    [
+        ((3, 10, 0), CUBE, (3, 10, 0), False),  # balanced with 2 cm to spare
+        ((4.7, 10, 0), CUBE, (0, 10, 0), False),  # balanced by 0.3 cm alone
+        ((8, 10, 0), CUBE, (0, 10, 0), False),  # down beside the other: 2 + 2 * 10 cm
+        ((8, 10, 0), (12, 10, 6), (4, 10, 0), True),  # 8 cm if it is not turned
+        ((12, 4, 0), (3, 3, 3), (12, 0, 0), False),  # in the air
+    ],
+)
+def test_one_pass_takes_the_nearest_place_where_a_box_stands(corner, sides, found, turned):
+    changed, _ = one_pass(loaded("p", ((0, 0, 0),), (corner, sides)))
+    width, height, depth = map(float, sides)
+    assert changed.items[1].size == ((depth, height, width) if turned else (width, height, depth))
+    assert changed.items[1].position == tuple(map(float, found))
+
+
+def support_of(layout, step):
+    """Share of the base of a box that lies on others or on the floor."""
+    low, high = layout.lower[step], layout.upper[step]
+    if low[1] < 1e-6:
+        return 1.0
+    shared = np.minimum(layout.upper, high) - np.maximum(layout.lower, low)
+    below = np.abs(layout.upper[:, 1] - low[1]) < 1e-6
+    below[step] = False
+    on = (np.maximum(shared[:, 0], 0.0) * np.maximum(shared[:, 2], 0.0))[below].sum()
+    return on / ((high - low)[0] * (high - low)[2])
+
+
+def kinds(items):
+    return sorted((*sorted(round(side, 3) for side in item.size), item.weight) for item in items)
+
+
+@pytest.mark.parametrize("place", [0, 1, 12, 40])
+def test_what_is_packed_again_are_boxes_of_the_plan_with_their_bases_supported(failing, place):
+    pytest.importorskip("packvium")
+    plan = failing[place].layout
+    changed, origins = packed_again(plan)
+    assert changed.pallet == plan.pallet
+    assert len(set(origins)) == len(changed)
+    assert kinds(changed.items) == kinds(plan.items[step] for step in origins)
+    for item, step in zip(changed.items, origins, strict=True):
+        assert kinds([item]) == kinds([plan.items[step]])
+    assert min(support_of(changed, step) for step in range(len(changed))) >= 0.75 - 1e-6
+    assert min(support_of(plan, step) for step in range(len(plan))) < 0.75
+
+
+def centre(item):
+    return np.array(item.position) + 0.5 * np.array(item.size)
+
+
+@pytest.mark.parametrize("way", [way for way in Way if way is not Way.AGAIN])
+@pytest.mark.parametrize("plan", [STANDS, TOO_EARLY, HANGS_OVER, FULL], ids=lambda one: one.name)
+def test_a_row_says_what_differs(plan, way):
+    row = changed_by(way, plan, JUDGE, 5.0)
+    assert (row.plan, row.way, row.judge) == (plan.name, way, JUDGE)
+    assert row.step_before == {"stands": None, "too early": 0, "full": 2}.get(plan.name, 1)
+    assert row.seconds > 0.0
+    if not row.stands:
+        assert (row.boxes, row.moved, row.left_out) == ([], None, 0)
+        assert way in (ALLOWED_BY if plan is STANDS else (Way.ORDER,))
+        assert (row.outcome == Outcome.UNCHANGED) == (plan is STANDS)
+        return
+    changed = row.layout(plan.pallet)
+    assert check(changed, JUDGE).stands
+    assert len(changed) + row.left_out == len(plan)
+    volumes = {item.weight: np.prod(item.size) for item in plan.items}
+    lost = 1.0 - sum(volumes[item.weight] for item in changed.items) / sum(volumes.values())
+    assert row.volume_left_out == pytest.approx(lost)
+    was = {item.weight: centre(item) for item in plan.items}
+    far = [np.linalg.norm(centre(item) - was[item.weight]) for item in changed.items]
+    assert row.moved == sum(one > 0.0 for one in far)
+    assert row.distance_cm == pytest.approx(sum(far))
+    in_order = [item.weight for item in changed.items]
+    assert row.retimed == (in_order != sorted(in_order))
+    assert row.by_order_alone == (row.moved == 0 and row.left_out == 0)
+    assert row.by_order_alone or way is not Way.ORDER
+
+
+@pytest.fixture(scope="module")
+def lab(tmp_path_factory):
+    return Lab(tmp_path_factory.mktemp("repair"), 0)
+
+
+OPTIONS = {"seconds": 5.0, "limit": 2}
+
+
+@pytest.fixture(scope="module")
+def tried(lab, real):
+    return try_all(lab, real, reference=False, **OPTIONS)
+
+
+def test_every_plan_is_changed_in_all_ways_and_judged_by_engines(tried, failing, real):
+    names = [one.layout.name for one in failing[:2]]
+    found = [(one.plan.layout.name, one.way) for one in tried.tried]
+    assert found == [(name, way) for name in names for way in Way]
+    assert tried.not_installed == ""
+    assert any(one.changed.stands for one in tried.tried)
+    for one in tried.tried:
+        assert bool(one.engines) == one.changed.stands
+        if not one.changed.stands:
+            continue
+        changed = one.changed.layout(one.plan.layout.pallet)
+        assert (changed.lower >= -1e-6).all()
+        assert (changed.upper <= np.add(changed.pallet.size, 1e-6)).all(), "out of the bin"
+        for title, said in one.engines.items():
+            spec = f"ps_opt@{title.lower()}:question=stands"
+            verdict = make_method(spec).judge(changed)
+            assert (said.failing_step, said.stands) == (verdict.failing_step, verdict.stable)
+
+
+@pytest.fixture
+def told(monkeypatch):
+    """Labels of the reference without a simulation; the layouts that were labelled."""
+
+    class Reference:
+        def prepare(self, count):
+            assert count
+
+        def judge(self, layout):
+            if len(told.asked) == told.most:
+                raise KeyboardInterrupt
+            told.asked.append(layout.content_hash())
+            if told.unsettled:
+                return SimpleNamespace(status=Status.UNSETTLED, failing_step=None)
+            failing = 3 if len(told.asked) == 1 else None
+            return SimpleNamespace(status=Status.DONE, failing_step=failing)
+
+    real = confirming.method_named
+    monkeypatch.setattr(
+        confirming,
+        "method_named",
+        lambda spec: Reference() if spec == "label@reference:question=stands" else real(spec),
+    )
+    told = SimpleNamespace(asked=[], most=10**6, unsettled=False)
+    return told
+
+
+def test_labels_go_on_where_they_were_and_what_is_missing_is_counted(lab, real, tried, told):
+    confirmed = [one for one in tried.tried if one.changed.stands]
+    hashes = [one.changed.layout(one.plan.layout.pallet).content_hash() for one in confirmed]
+    assert len({*hashes}) < len(hashes), "ways come to the same plan, which is labelled once"
+
+    def leave():
+        with kept_only("none is measured"):
+            again = try_all(lab, real, reference=False, **OPTIONS)
+        assert [(one.way, one.changed, one.engines) for one in again.tried] == [
+            (one.way, one.changed, one.engines) for one in tried.tried
+        ]
+        return summarise(real, again).leave_label
+
+    assert (leave().labelled, leave().unfinished) == (0, leave().plans)
+    told.most = 1
+    with pytest.raises(KeyboardInterrupt):
+        try_all(lab, real, reference=True, **OPTIONS)
+    assert (leave().labelled, leave().unfinished) == (1, leave().plans - 1)
+    assert leave().stands.value == 0.0
+    told.most = 10**6
+    try_all(lab, real, reference=True, **OPTIONS)
+    ways = [one.way for one in confirmed]
+    in_order = [hashes[k] for way in Way for k, own in enumerate(ways) if own is way]
+    assert told.asked == [*dict.fromkeys(in_order)]
+    assert (leave().labelled, leave().unfinished, leave().no_label) == (leave().plans, 0, 0)
+
+
+def test_a_plan_without_an_end_has_no_label(tmp_path, real, tried, told, lab):
+    told.unsettled = True
+    one = next(each for each in tried.tried if each.changed.stands)
+    layout = one.changed.layout(one.plan.layout.pallet)
+    (row,) = Lab(tmp_path).measure(confirming.label_units([layout]), confirming.Labelled).rows
+    assert (row.settled, row.stands, row.status) == (False, False, "unsettled")
+
+
+def test_without_the_packer_the_other_ways_remain(lab, real, monkeypatch, assert_shown):
+    def missing():
+        raise PackerNotInstalledError("packing needs its package")
+
+    monkeypatch.setattr("steadyload.studies.repair.ways.packer_versions", missing)
+    found = summarise(real, try_all(lab, real, reference=False, **OPTIONS))
+    assert {row.way for row in found.all} == {*Way} - {Way.AGAIN}
+    assert found.again is None
+    text = assert_shown(
+        RepairStudy(), found, tables=tables(found), charts=["left_out", "moved"], drawn=False
+    )
+    assert "packing needs its package" in text
+
+
+def tables(found):
+    return [
+        found.all, found.by_packer, found.shares, found.costs, found.confirmed, found.by_label,
+    ]  # fmt: skip
+
+
+def test_the_page_shows_what_was_found(real, tried, tmp_path, assert_shown):
+    found = summarise(real, tried)
+    leave = found.leave
+    answer = [2, percent(leave.stands), percent(leave.boxes_out), percent(found.order.stands)]
+    assert_shown(
+        RepairStudy(), found, answer=answer, tables=tables(found), charts=["left_out", "moved"]
+    )
+    study = RepairStudy()
+    study.beside(found, tmp_path)
+    lines = list(csv.DictReader(io.StringIO((tmp_path / FILE).read_text())))
+    assert tuple(lines[0]) == COLUMNS
+    assert len(lines) == len(tried.tried)
+    for line, one in zip(lines, tried.tried, strict=True):
+        assert (line["plan"], line["way"]) == (one.plan.layout.name, one.way)
+        expected = str(one.changed.left_out) if one.changed.stands else ""
+        assert line["boxes_left_out"] == expected
+
+
+def test_a_set_of_which_nothing_is_repaired_has_a_page(real, tried, assert_shown):
+    nothing = {"outcome": "not repaired", "boxes": [], "moved": None, "left_out": 0}
+    failed = [
+        replace(one, engines={}, label=None, changed=replace(one.changed, **nothing))
+        for one in tried.tried
+    ]
+    found = summarise(real, replace(tried, tried=failed))
+    assert (found.confirmed, found.by_label) == ([], [])
+    assert_shown(
+        RepairStudy(), found, answer=[percent(found.leave.stands)], tables=tables(found),
+        charts=["left_out", "moved"], drawn=False,
+    )  # fmt: skip
+
+
+def label(status, failing_step=None):
+    return confirming.Labelled(status, failing_step, 60.0)
+
+
+def changed_plan(packers, boxes, *, instance, way=Way.LEAVE, label=None, **outcome):
+    """A plan of cubes, with what a way made of it."""
+    cubes = [((10 * k, 0, 0),) for k in range(boxes)]
+    plan = loaded("p", *cubes, pallet=Pallet(200.0, 10.0, 10.0))
+    usual = {"way": way, "plan": "p", "outcome": "repaired", "judge": JUDGE, "step_before": 1,
+             "left_out": 0, "volume_left_out": 0.0, "moved": 0, "distance_cm": 0.0, "retimed": 0,
+             "seconds": 1.0, "stopped": "done", "boxes": []}  # fmt: skip
+    said = confirming.Stands("done", None)
+    return plans.Tried(
+        Failing(plan, instance, packers), way, plans.Changed(**usual | outcome),
+        dict.fromkeys(confirming.ENGINES, said) if "outcome" not in outcome else {}, label,
+    )  # fmt: skip
+
+
+def test_amounts_are_of_plans_that_stand_and_shares_of_all(real):
+    own = [
+        changed_plan(("A", "py3dbp"), 10, instance="i", left_out=2, volume_left_out=0.2, moved=3,
+                     distance_cm=30.0, seconds=2.0, label=label("done", 3)),
+        changed_plan(("py3dbp",), 6, instance="j", moved=1, distance_cm=50.0, retimed=2,
+                     label=label("unsettled")),
+        changed_plan(("py3dbp",), 4, instance="k", retimed=1, label=label("done")),
+        changed_plan(("py3dbp",), 20, instance="k", moved=2, distance_cm=0.0),
+        changed_plan(("Packvium",), 20, instance="l", outcome="not repaired", moved=None,
+                     distance_cm=None, retimed=None, seconds=9.0, stopped="time"),
+    ]  # fmt: skip
+    others = [
+        changed_plan(("py3dbp",), 5, instance="i", way=way) for way in Way if way is not Way.LEAVE
+    ]
+    found = summarise(real, plans.AllTried(9, [*own, *others], "", {}))
+    row = found.leave
+    assert (row.packer, row.plans, row.timeouts, row.unchanged) == (ALL, 5, 1, 0)
+    assert (row.stands.value, row.whole.value) == (0.8, 0.6)
+    assert row.boxes_out.value == pytest.approx(2 / 40)
+    assert row.volume_out.value == pytest.approx(2 / 40)
+    assert (row.moved_median, row.moved.value) == (1.5, 1.5)
+    assert row.distance_cm.value == pytest.approx(80 / 6)
+    assert row.retimed.value == pytest.approx(0.75)
+    packers = {each.packer: each for each in found.leave_by_packer}
+    assert {name: each.plans for name, each in packers.items()} == {"Packvium": 1, "py3dbp": 4}
+    assert (packers["py3dbp"].stands.value, packers["Packvium"].stands.value) == (1.0, 0.0)
+    cost = found.leave_cost
+    assert (cost.plans, cost.median_s, cost.worst_s) == (5, 1.0, 9.0)
+    until = next(each for each in found.until if each.way is Way.LEAVE)
+    assert (until.out, until.plans) == ([0.0, 0.0, 0.0, 20.0], 5)
+    assert until.moved == pytest.approx([0.0, 10.0, 100 / 6, 30.0])
+    one = found.leave_label
+    assert (one.plans, one.labelled, one.no_label, one.unfinished) == (4, 2, 1, 1)
+    assert one.stands.value == 0.5
+    assert as_csv(own).count("\n") == 1 + len(own)
