@@ -47,6 +47,8 @@ from steadyload.studies.engines.speed import SpeedUnit, ThroughputUnit
 from steadyload.studies.extremes.running import CellUnit
 from steadyload.studies.extremes.sizes import SizeUnit
 from steadyload.studies.properties import testing as properties
+from steadyload.studies.repair.confirming import EngineUnit, LabelUnit
+from steadyload.studies.repair.ways import ChangeUnit
 from steadyload.studies.scale.measuring import Size
 from steadyload.studies.session.packing_gains import PackingUnit
 from steadyload.studies.session.placing import CurvesUnit
@@ -260,6 +262,21 @@ ASKED = {
         BatchUnit({"lstm_1": MADE}, (ONE,), 5, (8, 32)),
         {"question": "times in batches", "version": 1},
         "times-a95413f6385f5e46fffe",
+    ),
+    ChangeUnit: (
+        ChangeUnit(ONE, "one pass without a search", "sme", 10.0, MADE),
+        {"question": "repair of a plan", "version": 1, "seed": 0, "overhang_cm": 0.0},
+        "9f343aed7a9c77b4c3bf",
+    ),
+    EngineUnit: (
+        EngineUnit(ONE, "sme", MADE),
+        {"question": "does a changed plan stand"},
+        "b64ed22f40b938572678",
+    ),
+    LabelUnit: (
+        LabelUnit(ONE, MADE),
+        {"question": "label of a changed plan", "method": "label@reference:question=stands"},
+        "4c2e0b98126384704310",
     ),
     TraceUnit: (TraceUnit(CASES, MADE), {"question": "traces"}, "0b41f648a8bc8eb0fdac"),
     ScreenedUnit: (ScreenedUnit(CASES, MADE), {"question": "both"}, "3c48a2d7be6f18709104"),
