@@ -50,6 +50,11 @@ def stack(name, shift, offset=(0.0, 0.0, 0.0), id_="SKU-2002"):
 DEFAULT = default_method(2)
 
 STANDING, FALLING = stack("stands", (5.0, 0.0)), stack("falls", (22.0, 0.0))
+REMEDY = (
+    "box SKU-2002 (step 1) would stand if it lay 7.5 cm towards -x, or if its support reached "
+    "7.5 cm further to +x"
+)
+"""Of the falling one: back by as far as it lies past the edge, and by 5 mm."""
 
 
 def _gentle():
@@ -91,7 +96,7 @@ def test_a_row_a_pallet_and_counts_that_fit_eighty_columns(run):
     long = stack("a name that is far too long to stand in a narrow table", (22.0, 0.0),
                  id_="an id that is long enough to fill a whole column by itself")  # fmt: skip
     status, out, _ = run([STANDING, FALLING, long])
-    header, first, second, third, fault, _, _, accuracy, last = out.splitlines()
+    header, first, second, third, fault, remedy, _, _, _, accuracy, last = out.splitlines()
     assert status == 1
     assert header.split() == ["pallet", "boxes", "accuracy", "answer"]
     assert first.split() == ["stands", "2", "98", "%", "stands"]
@@ -100,6 +105,7 @@ def test_a_row_a_pallet_and_counts_that_fit_eighty_columns(run):
     assert last == f"3 pallets: 1 stand, 2 fail ({DEFAULT})"
     assert max(map(len, (header, first, second, third, last))) <= 80
     assert fault.startswith("falls: the centre of mass of box SKU-2002 (step 1) lies 7.0 cm past")
+    assert remedy == f"falls: {REMEDY}"
     assert "the same for all such pallets" in accuracy
     assert "sure" not in out
 
@@ -401,9 +407,9 @@ def test_rows_of_several_files_name_their_files(run, capsys, tmp_path):
         ["file", "pallet"], ["one.json", "falls"], ["two.json", "falls"],
     ]  # fmt: skip
     assert max(map(len, lines[:3])) <= 80
-    assert [line.partition(" the ")[0] for line in lines[3:5]] == [
-        "one.json: falls:", "two.json: falls:",
-    ]  # fmt: skip
+    for name, (reason, remedy) in (("one.json", lines[3:5]), ("two.json", lines[5:7])):
+        assert reason.startswith(f"{name}: falls: the centre of mass of box SKU-2002 ")
+        assert remedy == f"{name}: falls: {REMEDY}"
     lines = run([one, same], *words, "--html", str(tmp_path))[1].splitlines()
     names = [line.split()[0] for line in lines[1:3]]
     assert [name[-11:] for name in names] == [one[-11:], same[-11:]]
@@ -533,7 +539,7 @@ def test_in_python_an_answer_prints_in_one_line():
     assert told.startswith(
         "falls (2 boxes): fails at step 1: SKU-2002 leans to +x; the centre of mass of box "
         "SKU-2002 (step 1) lies 7.0 cm past the edge of box SKU-2001 (step 0) (+x); 27 % of its "
-        "base is supported ["
+        f"base is supported; {REMEDY} ["
     )
     assert DEFAULT in told
     assert "\n" not in told
