@@ -16,7 +16,8 @@ from steadyload.errors import UserError
 from steadyload.layouts.files.record import Refused
 from steadyload.layouts.model.frame import Frame
 from steadyload.layouts.model.layout import TOLERANCE, LayoutError
-from steadyload.repairing.confirmed import ConfirmedSearch, Stopped
+from steadyload.repairing.confirmed import Stopped
+from steadyload.repairing.search import Search
 from steadyload.statics.bearing import first_crushed
 
 PALLET = sl.Pallet(120, 160, 80)
@@ -251,13 +252,11 @@ def test_several_plans_keep_their_order_and_one_that_is_not_valid_is_an_outcome(
 
 def test_an_interrupt_ends_a_search_with_the_best_plan_so_far(monkeypatch):
     """It comes when the first plan was confirmed: the next search of a neighbour sends it."""
-    own = ConfirmedSearch._take
 
-    def take(search, attempt):
-        assert own(search, attempt)
+    def interrupted(search, best):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(ConfirmedSearch, "_take", take)
+    monkeypatch.setattr(Search, "neighbour", interrupted)
     found = repair(LEANS)
     assert (found.stands, found.stopped) == (True, Stopped.INTERRUPTED)
     told = []

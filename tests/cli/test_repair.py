@@ -35,11 +35,11 @@ HOPELESS = sl.Layout(
     "hopeless",
     sl.Pallet(40, 40, 40, overhang=0.0),
     (
-        sl.Item(0, (0, 0, 0), (10, 30, 10), 12, name="PILLAR"),
+        sl.Item(0, (0, 0, 0), (10, 30, 10), 12, name="PILLAR", max_load=1.0),
         sl.Item(1, (0, 30, 0), (40, 10, 40), 9, name="SLAB", max_load=1.0),
     ),
 )
-"""The slab tips on its pillar, would be crushed below it, and there is no room beside it."""
+"""Neither box may bear the other, and there is no room for one beside the other."""
 
 WAREHOUSE = """\
 Palette;PL;PB;PH;Folge;Artikel;Kunde;X;Y;Z;L;B;H;Gewicht
