@@ -146,7 +146,7 @@ class ConfirmedSearch:
             self._corrected(nearer)
 
     def _bound(self) -> Worth | None:
-        """What a plan has to be better than; None: anything that is confirmed would be."""
+        """The worth that a plan has to improve; None where any that is confirmed does."""
         assert self._base is not None, "the search has begun"
         return self._base.worth if self._best is not None or self._lacks(self._base) else None
 
