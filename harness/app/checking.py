@@ -80,6 +80,34 @@ def check(
         TransportError: there is no such rule.
         GapLimitError: ``gaps_cm`` is not a number of 0 or more.
     """
+    found = answer_on(
+        layout, method, timeout=timeout, transport=transport, gaps_cm=gaps_cm, frame=frame
+    )
+    if found.answer is not Answer.FAILS or found.crushed is not None:
+        return found
+    assert found.verdict is not None, "what fails was judged"
+    return replace(found, remedy=_remedy(layout, found.verdict, found.frame))
+
+
+def answer_on(
+    layout: Layout,
+    method: str | Method | None = None,
+    *,
+    timeout: float | None = None,
+    transport: str | Rule | None = None,
+    gaps_cm: float | None = GAPS_CM,
+    frame: Frame | None = None,
+) -> Check:
+    """The answer of :func:`check` without a remedy, for those who judge many changed plans.
+
+    Args:
+        layout: see there.
+        method: likewise.
+        timeout: likewise.
+        transport: likewise.
+        gaps_cm: likewise.
+        frame: likewise.
+    """
     require_layout(layout)
     limit, frame = _gap_limit(gaps_cm), frame or Frame()
     rule = rule_named(transport) if isinstance(transport, str) else transport
@@ -129,7 +157,6 @@ def check(
         reliability=None if outside else reliability(judging, len(layout)),
         outside=outside,
         doubt=with_ids(doubt(layout, judging, verdict, frame), layout.items),
-        remedy=_remedy(layout, verdict, frame) if answer is Answer.FAILS and not crushed else "",
         crushed=crushed,
         transport=None if rule is None else answer_rule(layout, rule, judging),
     )

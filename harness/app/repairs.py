@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from steadyload.app.check_defaults import GAPS_CM
-from steadyload.app.checking import Check, check
+from steadyload.app.checking import Check, answer_on
 from steadyload.app.repair_results import Outcome as Outcome
 from steadyload.app.repair_results import Repair as Repair
 from steadyload.errors import UserError, nearest
@@ -94,7 +94,7 @@ class RepairOptions:
 
     def judge(self, layout: Layout) -> Check:
         """The answer of the method that confirms."""
-        return check(layout, self.method, gaps_cm=self.gaps_cm, frame=self.frame)
+        return answer_on(layout, self.method, gaps_cm=self.gaps_cm, frame=self.frame)
 
 
 def repair(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 
 from steadyload.layouts.model.growing import numbered
@@ -23,6 +23,9 @@ _OF_FEW = 2000
 
 _CORRECTIONS = 25
 """Plans that are corrected one after the other until one is confirmed, at most."""
+
+_ANY = 10**9
+"""More boxes than there are."""
 
 _NEARER = 0.01
 """Share of the distance by which a plan that differs in nothing else has to be nearer."""
@@ -128,18 +131,24 @@ class ConfirmedSearch:
         self._tried += 1
         first = self._search.complete(self._boxes.planned)
         assert first is not None, "a search without a bound gives up nothing"
-        self._base = self._corrected(first)
+        self._base = walker = self._corrected(first)
         stalled = 0
         while self._base.worth.moved + self._base.worth.left > 0 and stalled <= self._patience():
             stalled += 1
-            start, bound = self._search.neighbour(self._base), self._bound()
+            bound, keeps_all = self._bound(), not self._base.worth.left
+            start = self._search.neighbour(self._base if keeps_all else walker)
             self._tried += 1
-            found = self._search.complete(start, bound)
-            if found is None or (bound is not None and not _is_better(found.worth, bound)):
+            found = self._search.complete(start, bound if keeps_all else _as_full(walker.worth))
+            if found is None:
+                continue
+            if not keeps_all and found.worth < _as_full(walker.worth):
+                walker = found
+            if bound is not None and not _is_better(found.worth, bound):
                 continue
             corrected = self._corrected(found)
             if bound is None or corrected.worth < bound:
                 stalled, self._base = 0, corrected
+                walker = corrected
         self._tried += 1
         nearer = self._search.nearer(self._base)
         if _is_better(nearer.worth, self._base.worth):
@@ -200,6 +209,15 @@ class ConfirmedSearch:
                 margins[box] = larger[0]
             else:
                 self._search.refused.add((box, place))
+
+
+def _as_full(worth: Worth) -> Worth:
+    """A bound that a plan keeps to which leaves out no more, whatever else it changes.
+
+    As long as boxes are left out, a search goes from plan to plan that are as full, to places that
+    no single step from the best one leads to.
+    """
+    return replace(worth, moved=_ANY, distance=0.0, reordered=0)
 
 
 def _is_better(new: Worth, old: Worth) -> bool:

@@ -47,7 +47,7 @@ class Remedy:
     gives_way: int | None = None
 
     def sentence(self, layout: Layout, frame: Frame | None = None) -> str:
-        """The changes in words: "box 7 would stand if it lay 5.5 cm further towards -x".
+        """The changes in words: "box 7 would stand if it lay 5.5 cm towards -x".
 
         Args:
             layout: the plan.
@@ -71,7 +71,7 @@ class Remedy:
             below = f"; {box_label(self.gives_way, name)} gives way below it"
         if ways:
             return f"{box} would stand {', or '.join(ways)}{below}"
-        return f"{box} stands nowhere within {frame.length(REACH)} of its place{below}"
+        return f"{box} stands nowhere within {frame.length(REACH)} sideways of its place{below}"
 
 
 def remedy(layout: Layout, step: int) -> Remedy | None:

@@ -175,14 +175,16 @@ class Search:
         start = list(best.places)
         for box in changed[: int(draw.geometric(_STEPS))]:
             start[box] = planned[box]
+        # What was changed has to be put elsewhere anyhow, and may be in the way of a better place.
+        ignored = set(changed) if draw.random() < 0.5 else set[int]()
         way = draw.random()
         if best.worth.left and draw.random() < 0.5:
             self._take_off(start)
         elif way < 0.4:
-            self._push_below(chosen, start)
+            self._push_below(chosen, start, ignored)
         elif way < 0.8:
             for _ in range(int(draw.integers(1, 3))):
-                self._push_aside(chosen, start)
+                self._push_aside(chosen, start, ignored)
         return start
 
     def _take_off(self, places: list[Place | None]) -> None:
@@ -194,14 +196,14 @@ class Search:
         for place in self._random.choice(upper, count, replace=False):
             places[kept[place]] = None
 
-    def _push_below(self, box: int, places: list[Place | None]) -> None:
+    def _push_below(self, box: int, places: list[Place | None], ignored: set[int]) -> None:
         """Put another box, if one may be there, below one that is at its place in the plan."""
         boxes, draw = self._boxes, self._random
         kept = [b for b, place in enumerate(places) if place is not None and b != box]
         if not kept:
             return
         other = int(draw.choice(kept))
-        found, _, turned = self._places.of(other, self._items(places, {other}), OF_MOVED)
+        found, _, turned = self._places.of(other, self._items(places, {other, *ignored}), OF_MOVED)
         sizes = np.array([boxes.layout.sizes[other], boxes.turned(other).size])
         tops = found + sizes[np.array(turned, dtype=int)]
         low, high = boxes.layout.lower[box], boxes.layout.upper[box]
@@ -212,13 +214,13 @@ class Search:
             k = int(at[min(int(draw.geometric(0.3)) - 1, len(at) - 1)])
             places[other] = _place(found[k], turned[k])
 
-    def _push_aside(self, box: int, places: list[Place | None]) -> None:
+    def _push_aside(self, box: int, places: list[Place | None], ignored: set[int]) -> None:
         """Put a box that is below or beside another one elsewhere, or take it out for now."""
         near = self._beside(box, places)
         if not near:
             return
         other = int(self._random.choice(near))
-        found, _, turned = self._places.of(other, self._items(places, {other}), OF_MOVED)
+        found, _, turned = self._places.of(other, self._items(places, {other, *ignored}), OF_MOVED)
         k = int(self._random.geometric(_NEAR)) - 1
         places[other] = _place(found[k], turned[k]) if k < len(found) else None
 
