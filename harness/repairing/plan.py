@@ -61,15 +61,16 @@ class Boxes:
 
     Args:
         layout: the plan.
+        limited: what boxes may bear counts.
 
     Attributes:
         layout: the plan.
-        limited: some box states what it may bear.
+        limited: some box states what it may bear, and that counts.
     """
 
-    def __init__(self, layout: Layout) -> None:
+    def __init__(self, layout: Layout, *, limited: bool = True) -> None:
         self.layout = layout
-        self.limited = any(item.max_load is not None for item in layout.items)
+        self.limited = limited and any(item.max_load is not None for item in layout.items)
         self._turned: dict[int, Item] = {}
         self._items: dict[tuple[int, Place], Item] = {}
 

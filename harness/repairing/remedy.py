@@ -81,7 +81,7 @@ def remedy(layout: Layout, step: int) -> Remedy | None:
         layout: the plan.
         step: that fails.
     """
-    boxes = Boxes(layout)
+    boxes = Boxes(layout, limited=False)
     loading = LoadingOrder(boxes, reorder=True)
     loaded, after = loading.load(boxes.planned, np.full(len(boxes), MARGIN)), None
     if step in loaded.order:

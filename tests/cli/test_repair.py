@@ -125,11 +125,8 @@ def test_a_native_file_is_written_with_its_failing_plans_replaced(run, folder):
     assert places("in.json") == before
 
 
-@pytest.mark.parametrize(("allowed", "changed"), [("shift", "X"), ("turn,shift", "X L B")])
 @pytest.mark.parametrize("flags", [("--profile", "wms.toml"), None])
-def test_a_file_in_the_words_of_a_warehouse_is_read_back_by_the_same_flags(
-    run, folder, flags, allowed, changed
-):
+def test_a_file_in_the_words_of_a_warehouse_is_read_back_by_the_same_flags(run, folder, flags):
     (folder / "in.csv").write_text(WAREHOUSE)
     (folder / "wms.toml").write_text(PROFILE)
     if flags is None:
@@ -137,7 +134,7 @@ def test_a_file_in_the_words_of_a_warehouse_is_read_back_by_the_same_flags(
         flags = ("--units", "mm", "--weight", "g", "--up", "z", "--positions", "centre",
                  "--order", "from-1", "--other-columns", "ignore",
                  "--columns", ",".join(columns))  # fmt: skip
-    status, out, _ = run("repair", "in.csv", "-o", "out.csv", "--allow", allowed, *flags)
+    status, out, _ = run("repair", "in.csv", "-o", "out.csv", "--allow", "turn,shift", *flags)
     assert status == 0
     assert "P-1: box SKU-2002 (step 1) " in out
     assert " mm towards -x" in out
@@ -147,7 +144,7 @@ def test_a_file_in_the_words_of_a_warehouse_is_read_back_by_the_same_flags(
     assert [line for line in before if line not in after] == [before[2]]
     [line] = [line for line in after if line not in before]
     old, new = csv.DictReader([before[0], before[2], line], delimiter=";")
-    assert [name for name in old if old[name] != new[name]] == changed.split()
+    assert [name for name in old if old[name] != new[name]] == ["X"]
     assert 150 < float(new["X"].replace(",", ".")) < 310
 
 

@@ -265,8 +265,8 @@ ASKED = {
     ),
     ChangeUnit: (
         ChangeUnit(ONE, "one pass without a search", "sme", 10.0, MADE),
-        {"question": "repair of a plan", "version": 1, "seed": 0, "overhang_cm": 0.0},
-        "9f343aed7a9c77b4c3bf",
+        {"question": "repair of a plan", "version": 3, "seed": 0, "overhang_cm": 0.0},
+        "472eeae74abdd244563a",
     ),
     EngineUnit: (
         EngineUnit(ONE, "sme", MADE),

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from vertical_balance import VerticalBalance
 
@@ -168,10 +168,11 @@ def test_every_step_of_a_heap_is_judged_as_if_nothing_had_been_kept(seed):
 
 
 @settings(max_examples=25, deadline=None)
+@example(seed=1055, count=7)  # at the last step what moves does so by rounding alone
 @given(seed=st.integers(0, 10_000), count=st.integers(5, 30))
 def test_forces_found_before_change_no_motion(seed, count):
     """Searches that begin with the forces found before, against such that begin with none: the
-    same verdict, the same item, and as far but for rounding.
+    same verdict, the same item or another that moves as far, and as far but for rounding.
     """
     layout = heap_on_boxes(seed, count)
     warm, cold = begun(layout), begun(layout)
@@ -179,7 +180,8 @@ def test_forces_found_before_change_no_motion(seed, count):
         cold.corners[:], cold.pushes[:] = False, 0
         ended, item, *numbers = kernels.timed_balance.place(step, warm, *HOW)
         expected_end, expected_item, *expected = kernels.timed_balance.place(step, cold, *HOW)
-        assert (ended, item) == (expected_end, expected_item)
+        assert ended == expected_end
+        assert (item < 0) == (expected_item < 0)
         # Where two gaps close at nearly the same instant, rounding decides which does so first: of
         # 10,476 steps of 600 heaps 19 then move by another 1e-6 to 2e-3 of the way.
         assert numbers == pytest.approx(expected, rel=1e-2, abs=1e-6)
