@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -29,11 +27,6 @@ class Mask:
         self._layout, self._limited = GrowingLayout(pallet, "repair"), limited
         self._layout.warm()
         self.boxes: list[int] = []
-
-    @property
-    def items(self) -> Sequence[Item]:
-        """The items that are loaded, in order."""
-        return self._layout.items
 
     @property
     def corners(self) -> tuple[FloatArray, FloatArray]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -91,15 +92,22 @@ def remedy(layout: Layout, step: int) -> Remedy | None:
             return None
     at_fault = footing(layout, step)
     missing = at_fault.beyond + OF_MOVED if at_fault.side is not None else 0.0
-    below = _gives_way(boxes, step)
-    way = _shift(boxes, step)
+    in_turn = LoadingOrder(boxes, reorder=False)
+    stuck = in_turn.load(boxes.planned, np.zeros(len(boxes))).stuck
+    below, way = _gives_way(boxes, step, stuck), _shift(boxes, step, in_turn)
     if way is None and below is not None:
         return Remedy(step, after, gives_way=below)
     return Remedy(step, after, way, at_fault.side, missing, below)
 
 
-def _gives_way(boxes: Boxes, step: int) -> int | None:
-    """The lowest box below another one that is out of balance by its turn; None for none."""
+def _gives_way(boxes: Boxes, step: int, unloaded: Collection[int]) -> int | None:
+    """The lowest box below another one that is out of balance by its turn; None for none.
+
+    Args:
+        boxes: of the plan.
+        step: of the other one.
+        unloaded: boxes that are out of balance in their own turn.
+    """
     supports = find_supports(boxes.layout)
     below, found = [step], set[int]()
     while below:
@@ -107,18 +115,21 @@ def _gives_way(boxes: Boxes, step: int) -> int | None:
             if carrier < step and carrier not in found:
                 found.add(carrier)
                 below.append(carrier)
-    loading = LoadingOrder(boxes, reorder=False)
-    stuck = found.intersection(loading.load(boxes.planned, np.zeros(len(boxes))).stuck)
+    stuck = found.intersection(unloaded)
     unbalanced = make_method("equilibrium").judge(boxes.layout.first(step + 1))
     if unbalanced.failing_step == step and unbalanced.moved_item not in (None, step):
         stuck.add(unbalanced.moved_item)
     return min(stuck, key=lambda box: float(boxes.layout.lower[box, 1]), default=None)
 
 
-def _shift(boxes: Boxes, step: int) -> Vector | None:
-    """The shortest way to where a box stands in its turn, free of all others of the plan."""
-    loading = LoadingOrder(boxes, reorder=False)
-    loading.load(boxes.planned, np.zeros(len(boxes)))
+def _shift(boxes: Boxes, step: int, in_turn: LoadingOrder) -> Vector | None:
+    """The shortest way to where a box stands in its turn, free of all others of the plan.
+
+    Args:
+        boxes: of the plan.
+        step: of the box.
+        in_turn: the plan, loaded in its order.
+    """
     others = [item for box, item in enumerate(boxes.layout.items) if box != step]
     free = Places(boxes, {Kind.SHIFT, Kind.DROP}, REACH)
     found, far, _ = free.of(step, others, OF_MOVED)
@@ -126,7 +137,7 @@ def _shift(boxes: Boxes, step: int) -> Vector | None:
     own = boxes.layout.items[step]
     for first in range(0, len(found), _AT_ONCE):
         part = found[first : first + _AT_ONCE]
-        stands = loading.stands(step, own, part, OF_MOVED)
+        stands = in_turn.stands(step, own, part, OF_MOVED)
         if stands.any():
             x, y, z = (part[int(stands.argmax())] - own.position).round(6).tolist()
             return (x, y, z)
