@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from steadyload.layouts.files.record import Record, Refused
 from steadyload.layouts.rewriting.edits import (
@@ -34,22 +34,7 @@ def native_edits(
     Raises:
         LayoutError: the file cannot state a plan.
     """
-    edits = []
-    for record, span in zip(records, elements(text, top(text)["layouts"]), strict=True):
-        if isinstance(record, Record) and record.name in plans:
-            items = elements(text, members(text, span)["items"])
-            found = [_native(text, item) for item in items]
-            edits += _edits_of(text, items, found, record, plans[record.name])
-    return edits
-
-
-def _native(text: str, span: Span) -> dict[str, Span]:
-    stated = members(text, span)
-    numbers = {"sequence": stated["sequence"]}
-    for key, words in (("position", POSITION), ("size", SIDES), ("mass_offset", OFFSETS)):
-        if key in stated:
-            numbers |= zip(words, elements(text, stated[key]), strict=True)
-    return numbers
+    return _edits(text, records, plans, "layouts", "items", _native)
 
 
 def job_edits(
@@ -60,13 +45,34 @@ def job_edits(
     Raises:
         LayoutError: the file cannot state a plan.
     """
+    return _edits(text, records, plans, "ulds", "placedItems", _job)
+
+
+def _edits(
+    text: str,
+    records: Sequence[Record | Refused],
+    plans: Mapping[str, Replanned],
+    layouts: str,
+    items: str,
+    numbers_of: Callable[[str, Span], dict[str, Span]],
+) -> list[Edit]:
+    """Edits of a file whose members of these names hold the layouts, and each the items."""
     edits = []
-    for record, span in zip(records, elements(text, top(text)["ulds"]), strict=True):
+    for record, span in zip(records, elements(text, top(text)[layouts]), strict=True):
         if isinstance(record, Record) and record.name in plans:
-            placed = elements(text, members(text, span)["placedItems"])
-            found = [_job(text, item) for item in placed]
-            edits += _edits_of(text, placed, found, record, plans[record.name])
+            spans = elements(text, members(text, span)[items])
+            numbers = [numbers_of(text, item) for item in spans]
+            edits += _edits_of(text, spans, numbers, record, plans[record.name])
     return edits
+
+
+def _native(text: str, span: Span) -> dict[str, Span]:
+    stated = members(text, span)
+    numbers = {"sequence": stated["sequence"]}
+    for key, words in (("position", POSITION), ("size", SIDES), ("mass_offset", OFFSETS)):
+        if key in stated:
+            numbers |= zip(words, elements(text, stated[key]), strict=True)
+    return numbers
 
 
 def _job(text: str, span: Span) -> dict[str, Span]:
