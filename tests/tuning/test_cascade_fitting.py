@@ -33,6 +33,7 @@ from steadyload.tuning.cascade.fitting import (
     upper_bound,
 )
 from steadyload.tuning.cascade.sizes import size_classes, size_weights, threshold_classes
+from steadyload.tuning.cascade.stages import Rung, best_stage
 from steadyload.tuning.cascade.step_scores import StepScores, Table, score_steps
 from steadyload.tuning.cases import CaseSource, load_cases
 
@@ -183,11 +184,10 @@ def test_cheap_large_loads_do_not_hide_what_small_ones_cost(sized):
     assert weights @ found < weights @ alone
 
 
-@pytest.fixture
-def lenient():
-    """200 cases of 10 boxes and 60 of 100, half failing at the last step. Of the small ones, the
-    quick method gives a stable step up to 0.35 and a failing one from 0.2 to 0.3; of large ones
-    0.4 and 0.9, but 0.1 at the first 20 steps.
+def two_sizes(clear):
+    """200 cases of 10 boxes and 60 of 100, half failing at the last step. At one size the quick
+    method is clear: 0.4 for a stable step, 0.9 for a failing one. At the other it gives a stable
+    step up to 0.35 and a failing one from 0.2 to 0.3. The first 20 steps of large loads have 0.1.
     """
     counts = np.repeat([10, 100], [200, 60])
     of = np.repeat(np.arange(260), counts)
@@ -195,37 +195,61 @@ def lenient():
     fails[np.cumsum(counts)[::2] - 1] = True
     lists = np.array([f"list {k % 26}" for k in range(260)], dtype=object)
     random = np.random.default_rng(3)
-    small = np.where(fails, random.uniform(0.2, 0.3, len(of)), random.uniform(0.0, 0.35, len(of)))
-    large = np.where(fails, 0.9, 0.4)
+    dim = np.where(fails, random.uniform(0.2, 0.3, len(of)), random.uniform(0.0, 0.35, len(of)))
+    scores = np.where(counts[of] == clear, np.where(fails, 0.9, 0.4), dim)
     items = 1 + np.arange(len(of)) - np.repeat(np.cumsum(counts) - counts, counts)
-    quick = np.where(counts[of] == 10, small, np.where(items <= 20, 0.1, large))
+    scores = np.where((counts[of] == 100) & (items <= 20), 0.1, scores)
     table = {
-        "quick": step_scores(quick, cost=0.01, cases=260),
+        "quick": step_scores(scores, cost=0.01, cases=260),
         "last": step_scores(np.where(fails, 0.9, 0.1), cost=10.0, cases=260),
     }
     return Table(of, fails, lists, counts, table)
 
 
-def test_thresholds_by_size_save_what_one_pair_for_all_sizes_cannot(lenient):
-    """The bold threshold of large loads would lose every failing small one."""
-    fitted = {
-        by_size: fit(
-            lenient, ("quick",), "last",
+@pytest.fixture
+def lenient():
+    return two_sizes(clear=10)
+
+
+def by_one_and_by_size(table):
+    return (
+        fit(
+            table, ("quick",), "last",
             budget=0.01, confidence=0.5, independent=260.0, by_size=by_size,
         )
         for by_size in (False, True)
-    }  # fmt: skip
-    [one], [sized] = fitted[False].stages, fitted[True].stages
-    assert len({(each.low, each.high) for each in one.ranges} - {(None, None)}) == 1
-    assert [each.above for each in sized.larger] == [90]
-    assert one.ranges[-1].low < 0.3 < sized.larger[-1].low == 0.5
-    for found in fitted.values():
+    )  # fmt: skip
+
+
+def test_thresholds_by_size_save_what_one_pair_for_all_sizes_cannot(lenient):
+    """The bold threshold of small loads would lose every failing load above 90 items."""
+    one, sized = by_one_and_by_size(lenient)
+    [single], [stage] = one.stages, sized.stages
+    assert (single.low, single.items, single.larger) == (0.5, 90, ())
+    assert [each.above for each in stage.larger] == [90]
+    assert stage.larger[0].low < 0.3 < stage.low == 0.5
+    for found in (one, sized):
         assert found.evaluation.lost.sum() <= found.most
-    costs = [fitted[by_size].evaluation.cost[-60:].mean() for by_size in (False, True)]
-    assert costs[1] < 0.9 * costs[0]
-    out = left_out(lenient, fitted[True], budget=0.01, confidence=0.5)
+    assert sized.evaluation.cost[200:].mean() < 0.9 * one.evaluation.cost[200:].mean()
+    out = left_out(lenient, sized, budget=0.01, confidence=0.5)
     assert out.judged.all()
-    assert out.lost[-60:].sum() == 0
+    assert out.lost[:200].sum() == 0
+
+
+def test_thresholds_of_large_loads_are_no_wider_than_those_of_small_ones():
+    """Though 0.4 is stable at each of the 60 large loads, 100 small ones fail at 0.2 to 0.3."""
+    bold = two_sizes(clear=100)
+    assert threshold_classes(bold, "last") == (0, 90)
+    for found in by_one_and_by_size(bold):
+        [stage] = found.stages
+        assert max(each.low for each in stage.ranges if each.low is not None) < 0.3
+    # Nor is more rejected: stable steps of small loads score up to 0.95, of large ones up to 0.4.
+    small = np.where(bold.fails, 0.97, np.linspace(0.95, 0.0, len(bold.of)))
+    scores = np.where(bold.boxes[bold.of] == 10, small, bold.step_scores["quick"].scores)
+    quick = dataclasses.replace(bold.step_scores["quick"], scores=scores)
+    table = dataclasses.replace(bold, step_scores={**bold.step_scores, "quick": quick})
+    stage = best_stage(table, (), Rung("quick"), "last", (0, 90), (0, 0), np.ones(260))
+    assert {each.high for each in stage.ranges} == {0.95}
 
 
 @pytest.mark.parametrize("budget", [0.005, 0.01])
@@ -248,8 +272,9 @@ def test_losses_of_all_sizes_together_keep_to_one_budget(budget, drawn, monkeypa
     assert weights @ sized.evaluation.cost < weights @ one.evaluation.cost
 
 
-def test_a_size_with_few_failing_steps_has_the_thresholds_of_the_next_smaller(lenient):
+def test_a_size_with_few_failing_steps_has_the_thresholds_of_the_next_smaller():
     """Of 30 failing steps above 90 items, ten are kept at first, and then those of five lists."""
+    lenient = two_sizes(clear=100)
     assert threshold_classes(lenient, "last") == (0, 90)
     large = lenient.boxes == 100
     assert threshold_classes(lenient.chosen(~large | (np.arange(260) < 220)), "last") == (0,)

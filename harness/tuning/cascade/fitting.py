@@ -14,7 +14,8 @@ items, where it pays, and one that pays on large loads alone for the steps with 
 Thresholds may depend on the number of items at a step. One budget holds for all sizes together: a
 loss is allowed where it saves most. A class of sizes has thresholds of its own where it has enough
 failing steps, see
-:func:`steadyload.tuning.cascade.sizes.threshold_classes`.
+:func:`steadyload.tuning.cascade.sizes.threshold_classes`; they are no wider than those of the next
+smaller class.
 """
 
 from __future__ import annotations

@@ -61,14 +61,28 @@ def best_stage(
     open_ = (so_far.by == len(before)) & ~np.isnan(table.step_scores[rung.method].scores)
     scored = open_ & rung.scores(table)
     price = table.step_scores[last].cost * weights[table.of]
-    found = []
+    found: list[_Pair] = []
     for begin, end, allowed in zip(begins, (*begins[1:], None), share, strict=True):
         own = Rung(rung.method, end, begin).scores(table)
         evident = open_ & own & so_far.alone[table.of]
         if begin == 0 and rung.items is not None:
             evident &= table.places < rung.items
-        found.append(_pair(table, rung.method, evident, scored & own, allowed, price))
+        pair = _pair(table, rung.method, evident, scored & own, allowed, price)
+        found.append(_no_wider(pair, found[-1]) if found else pair)
     return _stage(rung, begins, found)
+
+
+def _no_wider(pair: _Pair, smaller: _Pair) -> _Pair:
+    """Thresholds that accept and reject no more than those of the next smaller class.
+
+    Few failing steps speak for those of large loads. Where many of smaller ones speak against a
+    score, it is not enough for a larger load either.
+    """
+    (low, high), (least, most) = pair, smaller
+    return (
+        low if low is None or least is None else min(low, least),
+        high if high is None or most is None else max(high, most),
+    )
 
 
 def _pair(
