@@ -106,9 +106,13 @@ def test_a_view_travels_to_another_process_without_the_batch():
 def test_what_travels_stays_read_only(protocol):
     batch = LayoutBatch.of(layouts())
     assert_equal_batches(pickle.loads(pickle.dumps(batch, protocol)), batch)
-    for layout in (batch[0], layouts()[0]):
+    for layout in (batch[0], layouts()[0], layouts()[-1]):
+        assert not layout.floor.corners.flags.writeable
         received = pickle.loads(pickle.dumps(layout, protocol))
         assert not any(getattr(received, key).flags.writeable for key in ARRAYS)
+        # Compiled code is kept for arrays that are read-only; for others it is compiled anew.
+        assert not received.floor.corners.flags.writeable
+        assert received.floor == layout.floor
 
 
 def test_a_part_of_a_batch_is_a_batch_of_these_layouts():

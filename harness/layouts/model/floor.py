@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -85,6 +85,12 @@ class Floor:
         found = np.array([*self.low, *self.high, self.height])
         found.setflags(write=False)
         return found
+
+    def __reduce__(self) -> tuple[type[Floor], tuple[Any, ...]]:
+        """Without :attr:`corners`: arrays of a pickle can be written to, and kernels would be
+        compiled for such.
+        """
+        return type(self), (self.low, self.high, self.height)
 
     @property
     def kind(self) -> FloorKind:
