@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -48,6 +51,21 @@ def rotate(quaternions: FloatArray, vectors: FloatArray) -> FloatArray:
         ),
         axis=1,
     )
+
+
+def rotation_vector(quaternion: Sequence[float]) -> tuple[float, float, float]:
+    """Axis of a unit quaternion (w, x, y, z), as long as its angle, 0 to pi [rad]."""
+    w, *axis = quaternion
+    sine = math.hypot(*axis)
+    if sine == 0.0:
+        return (0.0, 0.0, 0.0)
+    x, y, z = (2.0 * math.atan2(math.copysign(sine, w), abs(w)) / sine * part for part in axis)
+    return (x, y, z)
+
+
+def axes_of_quaternion(quaternion: Sequence[float]) -> FloatArray:
+    """Rotation matrix (3, 3) of a unit quaternion (w, x, y, z); its columns are the axes."""
+    return rotate(np.tile(np.array(quaternion), (3, 1)), np.eye(3)).T
 
 
 def quaternions_of_axes(axes: FloatArray) -> FloatArray:

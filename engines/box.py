@@ -6,9 +6,13 @@ is allowed stay positive and finite, as moments of inertia must.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import NoReturn
 
+import numpy as np
+
+from steadyload.engines.attitudes import rotate
 from steadyload.engines.errors import BadNumberError
 from steadyload.engines.limits import are_within, is_within
 
@@ -25,17 +29,30 @@ REACH = 0.505
 """Allowed offset of a centre of mass along an axis, as a share of the edge. A half is inside; a
 hundredth more is left because edges may have been drawn in after the centre of mass was placed."""
 
+FASTEST = 1e6
+"""Allowed parts of a velocity [m/s] and of an angular velocity [rad/s], to both sides of zero."""
+
+UNIT = 1e-6
+"""Allowed difference of the length of an attitude from 1; it is scaled to 1."""
+
+UPRIGHT = (1.0, 0.0, 0.0, 0.0)
+AT_REST = (0.0, 0.0, 0.0)
+
 
 @dataclass(frozen=True, slots=True)
 class Box:
     """One rigid box of uniform density about a shifted centre of mass.
 
     Args:
-        size: full edge lengths along the world's x, y, z [m], all positive.
+        size: full edge lengths along its own axes [m], which are those of the world unless it is
+            turned; all positive.
         mass: [kg], positive.
         centre: planned position of the geometric centre [m].
-        mass_offset: centre of mass minus geometric centre [m], inside the box.
+        mass_offset: centre of mass minus geometric centre in its own axes [m], inside the box.
         fixed: part of the surroundings: it carries and stops others and never moves.
+        attitude: planned unit quaternion (w, x, y, z), by which it is turned.
+        velocity: of the centre of mass, at the start, in axes of the world [m/s].
+        angular_velocity: at the start, in axes of the world [rad/s].
     """
 
     size: tuple[float, float, float]
@@ -43,6 +60,35 @@ class Box:
     centre: tuple[float, float, float]
     mass_offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
     fixed: bool = False
+    attitude: tuple[float, float, float, float] = UPRIGHT
+    velocity: tuple[float, float, float] = AT_REST
+    angular_velocity: tuple[float, float, float] = AT_REST
+
+    @property
+    def launched(self) -> bool:
+        """Whether it starts otherwise than upright and at rest."""
+        return self.attitude != UPRIGHT or self.in_motion
+
+    @property
+    def in_motion(self) -> bool:
+        """Whether it starts with a velocity."""
+        return self.velocity != AT_REST or self.angular_velocity != AT_REST
+
+    @property
+    def unit_attitude(self) -> tuple[float, float, float, float]:
+        """The attitude, of length 1 to the last bits."""
+        if self.attitude == UPRIGHT:
+            return UPRIGHT
+        (w, x, y, z), length = self.attitude, math.hypot(*self.attitude)
+        return (w / length, x / length, y / length, z / length)
+
+    @property
+    def mass_centre(self) -> tuple[float, float, float]:
+        """Planned position of the centre of mass [m]."""
+        (a, b, c), (p, q, r) = self.centre, self.mass_offset
+        if self.attitude != UPRIGHT:
+            p, q, r = rotate(np.array([self.unit_attitude]), np.array([(p, q, r)]))[0].tolist()
+        return (a + p, b + q, c + r)
 
     @property
     def inertia(self) -> tuple[float, float, float]:
@@ -64,7 +110,8 @@ def check_box(box: Box, index: int) -> None:
         index: what it would be called in its world.
 
     Raises:
-        BadNumberError: a size, mass, centre or offset that is not finite or out of range.
+        BadNumberError: a size, mass, centre, offset, attitude or velocity that is not finite or
+            out of range.
     """
     least, most = SIZES
     try:
@@ -81,11 +128,25 @@ def check_box(box: Box, index: int) -> None:
             and -REACH * x <= p <= REACH * x
             and -REACH * y <= q <= REACH * y
             and -REACH * z <= r <= REACH * z
+            and (not box.launched or _may_start(box))
         ):
             return
     except (TypeError, ValueError):
         pass
     _refuse_box(box, f"box {index}")
+
+
+def _is_unit(attitude: tuple[float, ...]) -> bool:
+    try:
+        return len(attitude) == 4 and is_within(math.hypot(*attitude), 1.0 - UNIT, 1.0 + UNIT)
+    except TypeError:
+        return False
+
+
+def _may_start(box: Box) -> bool:
+    fastest = 0.0 if box.fixed else FASTEST
+    motion = (box.velocity, box.angular_velocity)
+    return _is_unit(box.attitude) and all(are_within(v, -fastest, fastest) for v in motion)
 
 
 def _refuse_box(box: Box, where: str) -> NoReturn:
@@ -100,7 +161,22 @@ def _refuse_box(box: Box, where: str) -> NoReturn:
         raise BadNumberError(
             f"{where}: mass is {box.mass!r}; allowed: {MASSES[0]:g} to {MASSES[1]:g} kg"
         )
+    if _may_start(box):
+        raise BadNumberError(
+            f"{where}: mass_offset is {box.mass_offset!r}; allowed: inside the box, whose size is "
+            f"{box.size!r} m"
+        )
+    if not _is_unit(box.attitude):
+        raise BadNumberError(
+            f"{where}: attitude is {box.attitude!r}; allowed: four numbers w, x, y, z, whose "
+            f"length differs from 1 by at most {UNIT:g}"
+        )
+    for name, unit in (("velocity", "m/s"), ("angular_velocity", "rad/s")):
+        value = getattr(box, name)
+        if not are_within(value, -FASTEST, FASTEST):
+            allowed = f"three numbers from {-FASTEST:g} to {FASTEST:g} {unit}"
+            raise BadNumberError(f"{where}: {name} is {value!r}; allowed: {allowed}")
     raise BadNumberError(
-        f"{where}: mass_offset is {box.mass_offset!r}; allowed: inside the box, whose size is "
-        f"{box.size!r} m"
+        f"{where}: velocities are {box.velocity!r} and {box.angular_velocity!r}; allowed: zeros, "
+        "as it is fixed"
     )

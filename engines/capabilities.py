@@ -172,7 +172,8 @@ class Capabilities:
     ``compliant``: contacts give way in proportion to their load, so that masses matter.
     ``subsets``: a world can leave out some of its boxes and take them in again.
     ``single_precision``: its numbers have 24 bits, some seven digits.
-    ``changing_gravity``: how a world takes another gravity while it runs.
+    ``changing_gravity``: how a world takes another gravity while it runs. ``in_flight``: how it
+    takes a box that is turned or moves when it is added.
     ``version``: of the adapter, raised by hand when its worlds move otherwise; stored verdicts are
     stale then. ``numerics``: packages that its motion hangs on, beside those of the registry.
     """
@@ -187,6 +188,7 @@ class Capabilities:
     subsets: bool = False
     single_precision: bool = False
     changing_gravity: SettingSupport = SettingSupport(Support.IGNORED)
+    in_flight: SettingSupport = SettingSupport(Support.IGNORED)
     version: int = 1
     numerics: tuple[str, ...] = ("numpy",)
 

@@ -23,6 +23,7 @@ from multiprocessing.connection import Connection
 from typing import Any, NamedTuple
 
 import numpy as np
+from pydrake.common.eigen_geometry import Quaternion
 from pydrake.geometry import (
     AddCompliantHydroelasticProperties,
     AddContactMaterial,
@@ -32,7 +33,7 @@ from pydrake.geometry import (
     ProximityProperties,
 )
 from pydrake.geometry import Box as BoxShape
-from pydrake.math import RigidTransform
+from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, ContactModel, CoulombFriction
 from pydrake.multibody.tree import SpatialInertia, UnitInertia
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig
@@ -64,6 +65,7 @@ class Body(NamedTuple):
     mass: float
     inertia: tuple[float, float, float]
     mass_centre: tuple[float, float, float]
+    attitude: tuple[float, float, float, float]
     shape_centre: tuple[float, float, float]
     fixed: bool
 
@@ -91,7 +93,8 @@ class Scene:
         for index, body in enumerate(bodies):
             name, shape = f"box{index}", BoxShape(*body.size)
             if body.fixed:
-                pose = RigidTransform(np.add(body.mass_centre, body.shape_centre))
+                turn = RotationMatrix(Quaternion(body.attitude))
+                pose = RigidTransform(turn, body.mass_centre + turn @ np.array(body.shape_centre))
                 plant.RegisterCollisionGeometry(world, pose, shape, name, material)
                 continue
             x, y, z = np.array(body.inertia) / body.mass

@@ -7,9 +7,8 @@ were asked for, to the last bit. It suits engines that build a world in little t
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Sequence
 from typing import Any
-
-import numpy as np
 
 from steadyload.engines.world import (
     Box,
@@ -18,6 +17,7 @@ from steadyload.engines.world import (
     Velocities,
     WorldSettings,
     planned_poses,
+    planned_velocities,
 )
 
 
@@ -57,11 +57,11 @@ class RebuiltWorld(FixedStepWorld):
         return poses
 
     def _velocities(self) -> Velocities:
-        linear, angular = np.zeros((2, len(self.boxes), 3))
+        velocities = planned_velocities(self.boxes)
         for index, body in enumerate(self._bodies):
             if body is not None:
-                linear[index], angular[index] = self._velocity(body)
-        return Velocities(linear, angular)
+                velocities.linear[index], velocities.angular[index] = self._velocity(body)
+        return velocities
 
     def _set_velocities(self, velocities: Velocities) -> None:
         self._prepare()
@@ -96,5 +96,5 @@ class RebuiltWorld(FixedStepWorld):
         """Velocities in world axes: of the centre of mass [m/s], and angular [rad/s]."""
 
     @abstractmethod
-    def _set_velocity(self, body: Any, linear: list[float], angular: list[float]) -> None:
+    def _set_velocity(self, body: Any, linear: Sequence[float], angular: Sequence[float]) -> None:
         """Give a body the velocities that :meth:`_velocity` returns."""

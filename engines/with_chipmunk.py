@@ -29,13 +29,24 @@ _ITERATIONS = 50
 # Lengths here are metres; Chipmunk's default slop of 0.1 is meant for pixels.
 _SLOP = 1e-5
 
+# What a turn about y and a motion in the plane may have of others, by rounding.
+_IN_PLANE = 1e-9
+
 
 class _Body(NamedTuple):
-    """A box of a world; ``start`` is its planned centre of mass along x and z."""
+    """A box of a world, and how it starts: centre of mass and velocity along x and z, angles."""
 
     body: pymunk.Body
     shape: pymunk.Poly
     start: tuple[float, float]
+    angle: float
+    velocity: tuple[float, float]
+    turning: float
+
+    def place(self) -> None:
+        """Put it where it starts, with its velocities."""
+        self.body.position, self.body.angle = self.start, self.angle
+        self.body.velocity, self.body.angular_velocity = self.velocity, self.turning
 
 
 class ChipmunkWorld(FixedStepWorld):
@@ -45,7 +56,8 @@ class ChipmunkWorld(FixedStepWorld):
 
     Raises:
         EngineError: boxes that do not share their centre and size along y, or whose centre of mass
-            lies off its middle. They would need the third dimension.
+            lies off its middle, or that are turned or move out of the plane. They would need the
+            third dimension.
     """
 
     capabilities = Capabilities(
@@ -72,6 +84,9 @@ class ChipmunkWorld(FixedStepWorld):
             solver_iterations=SettingSupport(Support.HONOURED, f"default {_ITERATIONS}"),
         ),
         changing_gravity=SettingSupport(Support.HONOURED),
+        in_flight=SettingSupport(
+            Support.HONOURED, "turned about y, moving along x and z; refused otherwise"
+        ),
         notes="Two dimensions: a layout is judged when it is planar, and refused otherwise. At "
         "60 Hz with restitution 0.5 a tower of six cubes falls within 4 s (PS_3, literal).",
     )
@@ -117,8 +132,17 @@ class ChipmunkWorld(FixedStepWorld):
         ]
         kind = pymunk.Body.STATIC if box.fixed else pymunk.Body.DYNAMIC
         body = pymunk.Body(box.mass, box.inertia[1], kind)
-        body.position = start = (box.centre[0] + p, box.centre[2] + r)
-        entry = _Body(body, self._surface(pymunk.Poly(body, corners)), start)
+        (w, _, turn, _), (a, _, c) = box.unit_attitude, box.mass_centre
+        entry = _Body(
+            body,
+            self._surface(pymunk.Poly(body, corners)),
+            (a, c),
+            # Counter-clockwise from x to z is a negative turn about y.
+            0.0 - 2.0 * math.atan2(turn, w),
+            (box.velocity[0], box.velocity[2]),
+            0.0 - box.angular_velocity[1],
+        )
+        entry.place()
         self._bodies.append(entry)
         self._all_bodies.append(entry)
         self._planned = None
@@ -129,8 +153,8 @@ class ChipmunkWorld(FixedStepWorld):
 
     def _prepare(self) -> None:
         # Not before: boxes are often added only to be left out of the placement that follows.
-        for body, shape, _ in self._bodies[self._entered :]:
-            self._space.add(body, shape)
+        for entry in self._bodies[self._entered :]:
+            self._space.add(entry.body, entry.shape)
         self._entered = len(self._bodies)
 
     def _check_planar(self, box: Box) -> None:
@@ -139,6 +163,11 @@ class ChipmunkWorld(FixedStepWorld):
         same = same and math.isclose(box.size[1], first.size[1], abs_tol=1e-3)
         if not same or abs(box.mass_offset[1]) > 1e-3:
             raise EngineError("Chipmunk is 2-D: boxes must share their extent along y, centred")
+        (_, a, _, c), (p, _, r) = box.attitude, box.angular_velocity
+        if box.launched and max(map(abs, (a, c, box.velocity[1], p, r))) > _IN_PLANE:
+            raise EngineError(
+                "Chipmunk is 2-D: boxes must be turned about y, and move in its plane"
+            )
 
     def _advance(self, substeps: int, length: float) -> None:
         self._prepare()
@@ -148,7 +177,7 @@ class ChipmunkWorld(FixedStepWorld):
 
     def _poses(self) -> Poses:
         planned, offsets, shifted = self._plan()
-        states = [(*body.position, body.angle) for body, _, _ in self._bodies]
+        states = [(*entry.body.position, entry.body.angle) for entry in self._bodies]
         x, z, angles = np.array(states).reshape(-1, 3).T
         half = 0.5 * angles
         # Counter-clockwise from x to z is a negative turn about y.
@@ -172,7 +201,8 @@ class ChipmunkWorld(FixedStepWorld):
         return self._planned
 
     def _motions(self) -> list[tuple[float, float, float]]:
-        return [(*body.velocity, body.angular_velocity) for body, _, _ in self._bodies]
+        moving = [entry.body for entry in self._bodies]
+        return [(*body.velocity, body.angular_velocity) for body in moving]
 
     def _velocities(self) -> Velocities:
         x, z, turning = np.array(self._motions()).reshape(-1, 3).T
@@ -188,19 +218,18 @@ class ChipmunkWorld(FixedStepWorld):
         """Take over the part in the plane; velocity along y and turning about x and z are lost."""
         self._prepare()
         rows = zip(self.boxes, self._bodies, *map(np.ndarray.tolist, velocities), strict=True)
-        for box, (body, _, _), (x, _, z), (_, turning, _) in rows:
+        for box, entry, (x, _, z), (_, turning, _) in rows:
             if not box.fixed:
-                body.velocity, body.angular_velocity = (x, z), -turning
+                entry.body.velocity, entry.body.angular_velocity = (x, z), -turning
 
     def _reset(self) -> None:
         # A space counts the shapes that it has ever held, and solves contacts in an order that
         # depends on the count: only in a new space do boxes move as in a new world.
         self._space.remove(*self._space.shapes, *self._space.bodies)
-        for body, _, start in self._bodies:
+        for entry in self._bodies:
             # Moving uses up the speed that pushes overlapping bodies apart.
-            pymunk.Body.update_position(body, 0.0)
-            body.position, body.angle = start, 0.0
-            body.velocity, body.angular_velocity = (0.0, 0.0), 0.0
+            pymunk.Body.update_position(entry.body, 0.0)
+            entry.place()
         self._open_space()
 
     def _close(self) -> None:

@@ -7,8 +7,13 @@ from typing import NamedTuple
 
 import dartpy as dart
 import numpy as np
+from numpy.typing import ArrayLike
 
-from steadyload.engines.attitudes import centres_from_mass_centres
+from steadyload.engines.attitudes import (
+    axes_of_quaternion,
+    centres_from_mass_centres,
+    rotation_vector,
+)
 from steadyload.engines.dart_options import DartOptions
 from steadyload.engines.world import (
     Box,
@@ -43,12 +48,31 @@ _FLOOR_SIZE = (4096.0, 4096.0, 20.0)
 
 
 class _Body(NamedTuple):
-    """A box of a world; ``start`` is its coordinates as planned, None for a fixed box."""
+    """A box of a world; ``start`` is its coordinates as planned, None for a fixed box.
+
+    ``motion``: its velocities at the start, linear and angular; None where it starts at rest.
+    """
 
     skeleton: dart.dynamics.Skeleton
     node: dart.dynamics.BodyNode
     start: np.ndarray | None
     offset: tuple[float, float, float]
+    motion: tuple[tuple[float, float, float], tuple[float, float, float]] | None = None
+
+    def place(self) -> None:
+        """Put it where it starts, with its velocities."""
+        self.skeleton.setPositions(self.start)
+        self.skeleton.resetVelocities()
+        if self.motion is not None:
+            self.move(*self.motion)
+
+    def move(self, linear: ArrayLike, angular: ArrayLike) -> None:
+        """Give it velocities in world axes."""
+        # A free joint's own coordinates are in body axes; these two take world axes. The body
+        # frame stands at the centre of mass, so turning does not change the linear part.
+        joint = self.skeleton.getJoint(0)
+        joint.setAngularVelocity(angular)
+        joint.setLinearVelocity(linear)
 
 
 class DartWorld(FixedStepWorld):
@@ -78,6 +102,7 @@ class DartWorld(FixedStepWorld):
             solver_iterations=SettingSupport(Support.IGNORED, "Dantzig's method is direct"),
         ),
         changing_gravity=SettingSupport(Support.HONOURED),
+        in_flight=SettingSupport(Support.HONOURED),
         notes="Side faces are drawn in by 0.01 mm, so that touching neighbours do not form one "
         "linear complementarity problem. DART keeps 1000 contacts (some 250 touching pairs): a "
         "layout that needs more ends with status `error`, never with contacts dropped in silence. "
@@ -131,7 +156,10 @@ class DartWorld(FixedStepWorld):
         skeleton = dart.dynamics.Skeleton(f"box{len(self._all_bodies)}")
         if box.fixed:
             _, node = skeleton.createWeldJointAndBodyNodePair()
-            self._box_shape(node, box).setRelativeTranslation(list(box.centre))
+            shape = self._box_shape(node, box)
+            shape.setRelativeTranslation(list(box.centre))
+            if box.launched:
+                shape.setRelativeRotation(axes_of_quaternion(box.unit_attitude))
             skeleton.setMobile(False)
             self._enter(_Body(skeleton, node, None, (0.0, 0.0, 0.0)))
             return
@@ -145,9 +173,13 @@ class DartWorld(FixedStepWorld):
                 joint.setDampingCoefficient(axis, angular * box.inertia[axis])
                 joint.setDampingCoefficient(3 + axis, linear * box.mass)
         start = np.zeros(6)
-        start[3:] = np.add(box.centre, box.mass_offset)
-        skeleton.setPositions(start)
-        self._enter(_Body(skeleton, node, start, box.mass_offset))
+        if box.launched:
+            start[:3] = rotation_vector(box.unit_attitude)
+        start[3:] = box.mass_centre
+        motion = (box.velocity, box.angular_velocity) if box.in_motion else None
+        body = _Body(skeleton, node, start, box.mass_offset, motion)
+        body.place()
+        self._enter(body)
 
     def _enter(self, body: _Body) -> None:
         self._world.addSkeleton(body.skeleton)
@@ -203,19 +235,13 @@ class DartWorld(FixedStepWorld):
 
     def _set_velocities(self, velocities: Velocities) -> None:
         for body, linear, angular in zip(self._bodies, *velocities, strict=True):
-            if body.start is None:
-                continue
-            # A free joint's own coordinates are in body axes; these two take world axes. The body
-            # frame stands at the centre of mass, so turning does not change the linear part.
-            joint = body.skeleton.getJoint(0)
-            joint.setAngularVelocity(angular)
-            joint.setLinearVelocity(linear)
+            if body.start is not None:
+                body.move(linear, angular)
 
     def _reset(self) -> None:
         for body in self._bodies:
             if body.start is not None:
-                body.skeleton.setPositions(body.start)
-                body.skeleton.resetVelocities()
+                body.place()
                 body.skeleton.resetAccelerations()
                 body.skeleton.clearConstraintImpulses()
         # The collision detector keeps contact points from step to step, and an order of pairs,

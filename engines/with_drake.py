@@ -176,6 +176,7 @@ class DrakeWorld(FixedStepWorld):
         changing_gravity=SettingSupport(
             Support.HONOURED, "the scene is built anew, and takes the state over"
         ),
+        in_flight=SettingSupport(Support.HONOURED),
         notes="An independent check, installed with `pip install '.[drake]'` and part of "
         "no comparison unless named. Contact is a field of pressure, steps are controlled by their "
         "error, and a substep is the longest. It runs in a process of its own, whose CPU time is "
@@ -183,6 +184,15 @@ class DrakeWorld(FixedStepWorld):
         "5 um aside, because Drake fails on some layouts whose edges align; where it still does, "
         "the layout ends with status `error`.",
         known_failures=(
+            KnownFailure(
+                "a_fast_slide",
+                FailureKind.NEVER,
+                "friction is lagged and regularised within a convex problem, and pressure is "
+                "damped by 50 s/m: a fast slide sets a box rolling",
+                "a cube of 20 cm that slides at 3 m/s at friction 0.5 tips over, and its middle "
+                "stops after 0.41 to 0.54 m instead of 0.918 m (480 to 1920 Hz); a dissipation of "
+                "5 s/m tips none, and stops it after 0.65 m",
+            ),
             KnownFailure(
                 "edge_of_a_deck",
                 FailureKind.NEVER,
@@ -213,13 +223,15 @@ class DrakeWorld(FixedStepWorld):
         shrink = min(_SHRINK, 1e-3 * x, 1e-3 * y)
         size = (x - 2.0 * shrink, y - 2.0 * shrink, z)
         aside = [shrink * _UNEVENNESS * (len(self.boxes) * f % 1.0 - 0.5) for f in _IRRATIONAL]
-        mass_centre = tuple(float(c + r) for c, r in zip(box.centre, box.mass_offset, strict=True))
+        mass_centre, attitude = tuple(map(float, box.mass_centre)), box.unit_attitude
         p, q, r = box.mass_offset
         shape_centre = (aside[0] - p, aside[1] - q, -r)
-        self._bodies.append((size, box.mass, box.inertia, mass_centre, shape_centre, box.fixed))
+        self._bodies.append(
+            (size, box.mass, box.inertia, mass_centre, attitude, shape_centre, box.fixed)
+        )
         if not box.fixed:
             self._free.append(len(self.boxes))
-            start = np.array([[1.0, 0.0, 0.0, 0.0, *mass_centre, *np.zeros(6)]])
+            start = np.array([[*attitude, *mass_centre, *box.angular_velocity, *box.velocity]])
             self._starts = np.vstack((self._starts, start))
             self._states = np.vstack((self._states, start))
         self._holder = None

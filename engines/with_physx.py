@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -66,6 +67,9 @@ class PhysxWorld(RebuiltWorld):
             ),
         ),
         changing_gravity=SettingSupport(Support.EMULATED, "forces at the centres of mass"),
+        in_flight=SettingSupport(
+            Support.HONOURED, f"boxes turn at {_FASTEST_TURN:g} rad/s at most"
+        ),
         notes="Installed with `pip install '.[physx]'`. Single precision. What sapien "
         "takes for a scene is of the whole process and is set before each.",
     )
@@ -99,7 +103,9 @@ class PhysxWorld(RebuiltWorld):
             # After the shape, which sets them by its density.
             part.mass, part.inertia = box.mass, box.inertia
             part.cmass_local_pose = sapien.Pose(box.mass_offset)
-        _enter(self._native, part, sapien.Pose(box.centre))
+        _enter(self._native, part, sapien.Pose(box.centre, box.unit_attitude))
+        if box.in_motion:
+            self._set_velocity(part, box.velocity, box.angular_velocity)
         return None if box.fixed else part
 
     def _moved(self, box: Box) -> physx.PhysxRigidDynamicComponent:
@@ -132,7 +138,10 @@ class PhysxWorld(RebuiltWorld):
         return body.linear_velocity, body.angular_velocity
 
     def _set_velocity(
-        self, body: physx.PhysxRigidDynamicComponent, linear: list[float], angular: list[float]
+        self,
+        body: physx.PhysxRigidDynamicComponent,
+        linear: Sequence[float],
+        angular: Sequence[float],
     ) -> None:
         body.linear_velocity, body.angular_velocity = linear, angular
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
 import rapier3d
 
+from steadyload.engines.attitudes import rotation_vector
 from steadyload.engines.rapier_options import RapierOptions
 from steadyload.engines.rebuilt import RebuiltWorld
 from steadyload.engines.world import (
@@ -57,6 +58,11 @@ class RapierWorld(RebuiltWorld):
         ),
         version=2,  # since boxes slide at their friction
         changing_gravity=SettingSupport(Support.HONOURED),
+        in_flight=SettingSupport(
+            Support.HONOURED,
+            "attitudes fall behind what turns fast: by 1.4 per cent at 300 rad/s and 90 Hz, by 0.1 "
+            "at 480 Hz; boxes that start at rest turn at an eighth of a turn a substep at most",
+        ),
         notes="Single precision. A contact is a damped spring of a frequency of its own "
         "(`contact_frequency`), so that the foot of a pile sinks in. Scenes are simulated ten "
         "times as large, under ten times the gravity (`length_scale`), because some lengths "
@@ -92,14 +98,19 @@ class RapierWorld(RebuiltWorld):
         shape = self._surface(rapier3d.Collider.cuboid(*(0.5 * s for s in self._scaled(box.size))))
         centre = self._scaled(box.centre)
         if box.fixed:
-            self._native.add_body(rapier3d.RigidBody.fixed().translation(centre), [shape])
+            wall = _turned(rapier3d.RigidBody.fixed().translation(centre), box)
+            self._native.add_body(wall, [shape])
             return None
         inertia = [self._scale * self._scale * moment for moment in box.inertia]
         mass = rapier3d.MassProperties(self._scaled(box.mass_offset), box.mass, inertia)
         linear, angular = self.settings.decay_rates()
         builder = rapier3d.RigidBody.dynamic().translation(centre).can_sleep(False)
         builder = builder.linear_damping(linear).angular_damping(angular)
-        handle = self._native.add_body(builder, [shape.mass_properties(mass)])
+        if box.in_motion:
+            # Rapier cuts what turns by more than an eighth of a turn in one of its small steps.
+            builder = builder.allow_fast_rotation(True)
+            builder = builder.linvel(self._scaled(box.velocity)).angvel(box.angular_velocity)
+        handle = self._native.add_body(_turned(builder, box), [shape.mass_properties(mass)])
         return self._native.rigid_bodies[handle]
 
     def _scaled(self, lengths: Iterable[float]) -> list[float]:
@@ -123,6 +134,10 @@ class RapierWorld(RebuiltWorld):
         return [v / self._scale for v in body.linvel.to_tuple()], body.angvel.to_tuple()
 
     def _set_velocity(
-        self, body: rapier3d.RigidBody, linear: list[float], angular: list[float]
+        self, body: rapier3d.RigidBody, linear: Sequence[float], angular: Sequence[float]
     ) -> None:
         body.linvel, body.angvel = self._scaled(linear), angular
+
+
+def _turned(builder: rapier3d.RigidBodyBuilder, box: Box) -> rapier3d.RigidBodyBuilder:
+    return builder.rotation(rotation_vector(box.unit_attitude)) if box.launched else builder

@@ -63,7 +63,15 @@ class Velocities(NamedTuple):
 def planned_poses(boxes: Sequence[Box]) -> Poses:
     """Poses of boxes that stand as planned."""
     centres = np.array([box.centre for box in boxes], dtype=np.float64).reshape(-1, 3)
-    return Poses(centres, np.tile((1.0, 0.0, 0.0, 0.0), (len(centres), 1)))
+    turns = np.array([box.unit_attitude for box in boxes], dtype=np.float64).reshape(-1, 4)
+    return Poses(centres, turns)
+
+
+def planned_velocities(boxes: Sequence[Box]) -> Velocities:
+    """Velocities of boxes as they are added."""
+    linear = np.array([box.velocity for box in boxes], dtype=np.float64).reshape(-1, 3)
+    angular = np.array([box.angular_velocity for box in boxes], dtype=np.float64).reshape(-1, 3)
+    return Velocities(linear, angular)
 
 
 @runtime_checkable
@@ -73,11 +81,13 @@ class World(Protocol):
     capabilities: ClassVar[Capabilities]
 
     def add_box(self, box: Box) -> int:
-        """Add a box at rest at its planned pose; returns its index, counted from 0.
+        """Add a box at its planned pose, with its velocities; returns its index, counted from 0.
 
         Raises:
             BadNumberError: a number is not finite or out of range
                 (:mod:`steadyload.engines.box`); the world stays as it was.
+            EngineError: it is turned or moves, and the engine declares that it ignores
+                ``in_flight``, or it does so out of the plane of an engine of two dimensions.
         """
         ...
 
@@ -130,7 +140,7 @@ class World(Protocol):
         ...
 
     def reset_poses(self, only: Sequence[int] | None = None) -> None:
-        """Put every box back to its planned pose, at rest ("reseat"), as in a world made anew.
+        """Put every box back as it was added ("reseat"), as in a world made anew.
 
         Args:
             only: ascending indices of the boxes that take part from now on, and any that is added
@@ -169,6 +179,8 @@ class FixedStepWorld(ABC):
         """See :meth:`World.add_box`."""
         self._check_open()
         check_box(box, len(self._all_boxes))
+        if box.launched and self.capabilities.in_flight.support is Support.IGNORED:
+            raise EngineError(f"{self.capabilities.title} takes boxes upright and at rest alone")
         self._add(box)
         self._all_boxes.append(box)
         self.boxes.append(box)

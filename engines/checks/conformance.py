@@ -1,8 +1,8 @@
 """The checks that every engine must pass: written once, run for each, importable by others.
 
 A check is a function of a world class. It raises :class:`AssertionError` when the engine does not
-conform and :class:`NotApplicable` when the engine declares that it lacks what is checked. All
-checks are planar (motion in the x-z plane), so that 2-D engines are asked the same questions.
+conform and :class:`NotApplicable` when the engine declares that it lacks what is checked. Nearly
+all checks are planar (motion in the x-z plane), so that 2-D engines are asked the same questions.
 
 An outside adapter runs them all with::
 
@@ -22,6 +22,9 @@ import inspect
 
 from steadyload.engines.checks import (
     changing_gravity,
+    flight,
+    landing,
+    launching,
     mechanics,
     protocol,
     refusals,
@@ -33,7 +36,16 @@ __all__ = ["CHECKS", "Check", "NotApplicable"]
 
 CHECKS: dict[str, Check] = {
     name.removeprefix("check_"): function
-    for module in (protocol, reseating, refusals, mechanics, changing_gravity)
+    for module in (
+        protocol,
+        reseating,
+        refusals,
+        mechanics,
+        changing_gravity,
+        launching,
+        flight,
+        landing,
+    )
     for name, function in vars(module).items()
     if name.startswith("check_") and inspect.isfunction(function)
 }

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from steadyload.engines.attitudes import rotate
 from steadyload.engines.world import (
     Box,
     FixedStepWorld,
@@ -51,6 +53,12 @@ def require(world_class: WorldClass, setting: str) -> None:
         raise NotApplicable(f"{world_class.__name__} declares that it ignores {setting}")
 
 
+def require_flight(world_class: WorldClass) -> None:
+    """Leave a check of boxes that are turned or move from the start to engines that take them."""
+    if world_class.capabilities.in_flight.support is Support.IGNORED:
+        raise NotApplicable(f"{world_class.__name__} declares that its boxes start at rest")
+
+
 def require_subsets(world_class: WorldClass) -> None:
     """Leave a check of boxes that are left out to engines that can do it."""
     if not world_class.capabilities.subsets:
@@ -86,3 +94,30 @@ def fall_speed(world: FixedStepWorld) -> float:
 def angles(poses: Poses) -> FloatArray:
     """Total angles [degrees]."""
     return np.degrees(2.0 * np.arccos(np.minimum(1.0, np.abs(poses.quaternions[:, 0]))))
+
+
+def turned_about(axis: Sequence[float], degrees: float) -> tuple[float, float, float, float]:
+    """Unit quaternion (w, x, y, z) of a turn about an axis of any length."""
+    half = math.radians(0.5 * degrees)
+    share = math.sin(half) / math.hypot(*axis)
+    x, y, z = axis
+    return (math.cos(half), share * x, share * y, share * z)
+
+
+def degrees_apart(found: ArrayLike, expected: ArrayLike) -> float:
+    """Angle between two attitudes; accurate for small angles, as an arc cosine is not."""
+    one, other = np.asarray(found), np.asarray(expected)
+    apart = min(float(np.linalg.norm(one - sign * other)) for sign in (1.0, -1.0))
+    return math.degrees(4.0 * math.asin(min(1.0, 0.5 * apart)))
+
+
+def mass_centres(poses: Poses, scene: Sequence[Box]) -> FloatArray:
+    """Centres of mass [m], shape (n, 3)."""
+    return poses.centres + rotate(poses.quaternions, np.array([b.mass_offset for b in scene]))
+
+
+def lowest_corner(poses: Poses, box: Box, index: int = 0) -> float:
+    """Height of the lowest corner of a box [m]."""
+    signs = np.array([(a, b, c) for a in (-0.5, 0.5) for b in (-0.5, 0.5) for c in (-0.5, 0.5)])
+    turned = rotate(np.tile(poses.quaternions[index], (8, 1)), signs * box.size)
+    return float(poses.centres[index, 2] + turned[:, 2].min())

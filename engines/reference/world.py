@@ -6,7 +6,11 @@ import math
 
 import numpy as np
 
-from steadyload.engines.attitudes import centres_from_mass_centres, quaternions_of_axes
+from steadyload.engines.attitudes import (
+    axes_of_quaternion,
+    centres_from_mass_centres,
+    quaternions_of_axes,
+)
 from steadyload.engines.reference import islands, radau
 from steadyload.engines.reference.contact import BODY, make_scratch
 from steadyload.engines.reference.motion import Field
@@ -24,12 +28,14 @@ from steadyload.engines.world import (
     Capabilities,
     EngineError,
     FixedStepWorld,
+    FloatArray,
     Poses,
     SettingSupport,
     Support,
     Velocities,
     WorldSettings,
     declare,
+    planned_velocities,
 )
 
 _FIRST_STEP = 1e-4
@@ -74,6 +80,7 @@ class ReferenceWorld(FixedStepWorld):
             solver_iterations=SettingSupport(Support.IGNORED, "the linear solver is direct"),
         ),
         changing_gravity=SettingSupport(Support.HONOURED),
+        in_flight=SettingSupport(Support.HONOURED),
         notes="Compliant contact over the exact contact polygon, integrated with error control "
         "(RODAS, order 4). The frequency has no effect but where it ends a call: steps are chosen "
         "by the error.",
@@ -93,7 +100,7 @@ class ReferenceWorld(FixedStepWorld):
         self._scratch = make_scratch()
         self._added: list[Box] = []
         self._bodies = _bodies(self._added)
-        self._planned = self._mass_centres = self._linear = self._angular = np.empty((0, 3))
+        self._mass_centres = self._linear = self._angular = np.empty((0, 3))
         self._axes = np.empty((0, 3, 3))
         self._next_steps = np.empty(0)
 
@@ -108,17 +115,15 @@ class ReferenceWorld(FixedStepWorld):
         self._added.append(box)  # taken over by _prepare, all at once
 
     def _prepare(self) -> None:
-        new = self._added[len(self._planned) :]
+        new = self._added[len(self._mass_centres) :]
         if not new:
             return
         self._bodies = _bodies(self._added)
-        start = np.array([np.add(b.centre, b.mass_offset) for b in new])
-        still = np.zeros_like(start)
-        self._planned = np.concatenate((self._planned, start))
-        self._mass_centres = np.concatenate((self._mass_centres, start))
-        self._linear = np.concatenate((self._linear, still))
-        self._angular = np.concatenate((self._angular, still))
-        self._axes = np.concatenate((self._axes, np.tile(np.eye(3), (len(new), 1, 1))))
+        centres, axes, linear, angular = _starts(new)
+        self._mass_centres = np.concatenate((self._mass_centres, centres))
+        self._axes = np.concatenate((self._axes, axes))
+        self._linear = np.concatenate((self._linear, linear))
+        self._angular = np.concatenate((self._angular, angular))
         self._next_steps = np.full(len(self._added), _FIRST_STEP)
 
     def _advance(self, substeps: int, length: float) -> None:
@@ -160,14 +165,23 @@ class ReferenceWorld(FixedStepWorld):
 
     def _reset(self) -> None:
         self._prepare()
-        self._mass_centres[:] = self._planned
-        self._axes[:] = np.eye(3)
-        self._linear[:] = 0.0
-        self._angular[:] = 0.0
+        if self._added:
+            starts = _starts(self._added)
+            self._mass_centres, self._axes, self._linear, self._angular = starts
         self._next_steps[:] = _FIRST_STEP
 
     def _close(self) -> None:
         self._bodies = _bodies([])
+
+
+def _starts(boxes: list[Box]) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Centres of mass, axes, and velocities, linear and angular, of boxes as they are added."""
+    linear, angular = planned_velocities(boxes)
+    axes = np.tile(np.eye(3), (len(boxes), 1, 1))
+    for own, box in zip(axes, boxes, strict=True):
+        if box.launched:
+            own[:] = axes_of_quaternion(box.unit_attitude)
+    return np.array([box.mass_centre for box in boxes]), axes, linear, angular
 
 
 def _bodies(boxes: list[Box]) -> np.recarray:

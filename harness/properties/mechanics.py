@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
+from steadyload.engines.checks.euler import ABSOLUTE, RELATIVE
+from steadyload.engines.checks.euler import spun as spun
 from steadyload.engines.world import GRAVITY
 
 FloatArray = NDArray[np.float64]
-
-_RELATIVE, _ABSOLUTE = 1e-12, 1e-14
 
 
 def height_change(seconds: float) -> float:
@@ -39,30 +39,6 @@ def box_inertia(size: Sequence[float], mass: float) -> FloatArray:
     """Principal moments of a uniform box about its centre [kg m2]."""
     squares = np.square(size)
     return mass / 12.0 * (squares.sum() - squares)
-
-
-def spun(inertia: FloatArray, angular_velocity: Sequence[float], seconds: float) -> FloatArray:
-    """Attitude (w, x, y, z) and angular velocity (body axes) of a free body, by Euler's equations.
-
-    Args:
-        inertia: principal moments [kg m2], along the axes of the body.
-        angular_velocity: at the start, where the body's axes are the world's [rad/s].
-        seconds: how long it turns.
-    """
-
-    def rates(_: float, state: FloatArray) -> FloatArray:
-        quaternion, spin = state[:4], state[4:]
-        turning = 0.5 * np.array(
-            [
-                -quaternion[1:] @ spin,
-                *(quaternion[0] * spin + np.cross(quaternion[1:], spin)),
-            ]
-        )
-        return np.concatenate((turning, -np.cross(spin, inertia * spin) / inertia))
-
-    state = _solved(rates, (1.0, 0.0, 0.0, 0.0, *angular_velocity), seconds).y[:, -1]
-    state[:4] /= np.linalg.norm(state[:4])
-    return state
 
 
 def tipping_time(size: tuple[float, float], past_edge: float, angle: float) -> float:
@@ -107,6 +83,6 @@ def _solved(rates: Callable, start: Sequence[float], seconds: float, event: Call
         start,
         method="DOP853",
         events=event,
-        rtol=_RELATIVE,
-        atol=_ABSOLUTE,
+        rtol=RELATIVE,
+        atol=ABSOLUTE,
     )

@@ -6,9 +6,9 @@ from functools import cache
 import pytest
 
 from steadyload.engines.capabilities import SettingSupport, Support
-from steadyload.engines.checks import changing_gravity
+from steadyload.engines.checks import changing_gravity, flight, landing, launching
 from steadyload.engines.checks.conformance import CHECKS, NotApplicable
-from steadyload.engines.checks.scenes import fill, two_cubes
+from steadyload.engines.checks.scenes import fill, turned_about, two_cubes
 from steadyload.engines.registry import world_class
 from steadyload.engines.with_mujoco import MujocoWorld
 from steadyload.engines.world import EngineError, WorldSettings
@@ -20,8 +20,26 @@ OF_PLANNED_POSES = (
     "fixed_boxes_carry_and_never_move",
     "reseat_equals_a_fresh_world",
     "a_subset_equals_a_world_of_its_own",
+    "a_box_starts_as_it_was_added",
+    "a_subset_holds_boxes_in_motion",
+    "motion_in_space_is_read_back",
 )
 OF_GRAVITY = {name for name in CHECKS if CHECKS[name].__module__ == changing_gravity.__name__}
+OF_FLIGHT = {
+    name
+    for name in CHECKS
+    if CHECKS[name].__module__ in (launching.__name__, flight.__name__, landing.__name__)
+}
+IN_SPACE = {
+    "tipping_about_the_other_axis",
+    "motion_in_space_is_read_back",
+    "a_fast_spin_is_kept",
+    "free_rotation",
+    "free_rotation_keeps_energy_and_momentum",
+    "a_spinning_box_falls_along_a_parabola",
+    "a_corner_drop_ends_on_the_nearest_face",
+}
+WITH_SUBSETS = {"a_subset_equals_a_world_of_its_own", "a_subset_holds_boxes_in_motion"}
 
 
 @cache
@@ -102,8 +120,9 @@ def may_skip(facts):
     """Names of the checks that are about what an engine declares to be without."""
     skipped = {name for name, answer in facts.settings.items() if answer.support == "ignored"}
     skipped |= {"solver_iterations_count"} if "solver_iterations" in skipped else set()
-    skipped |= {"tipping_about_the_other_axis"} if facts.dimensions == 2 else set()
-    skipped |= set() if facts.subsets else {"a_subset_equals_a_world_of_its_own"}
+    skipped |= IN_SPACE if facts.dimensions == 2 else set()
+    skipped |= set() if facts.subsets else WITH_SUBSETS
+    skipped |= OF_FLIGHT if facts.in_flight.support == "ignored" else set()
     return skipped | (OF_GRAVITY if facts.changing_gravity.support == "ignored" else set())
 
 
@@ -120,3 +139,25 @@ def test_an_engine_may_leave_gravity_as_it_is():
             CHECKS[name](Still)
     assert may_skip(MujocoWorld.capabilities) == may_skip(Still.capabilities) - OF_GRAVITY
     assert len(OF_GRAVITY) > 5
+
+
+def test_an_engine_may_have_boxes_at_rest_alone():
+    """As one does that declares nothing about them: it refuses others, in one sentence."""
+
+    class Still(MujocoWorld):
+        capabilities = replace(MujocoWorld.capabilities, in_flight=SettingSupport(Support.IGNORED))
+
+    for name in OF_FLIGHT:
+        with pytest.raises(NotApplicable, match="Still declares that its boxes start at rest"):
+            CHECKS[name](Still)
+    turned = turned_about((0.0, 1.0, 0.0), 10.0)
+    with Still(WorldSettings()) as world:
+        for more in ({"attitude": turned}, {"velocity": (1.0, 0.0, 0.0)}):
+            with pytest.raises(EngineError, match="MuJoCo takes boxes upright and at rest alone"):
+                world.add_box(replace(two_cubes(0.0)[0], **more))
+        assert not world.boxes
+    assert (
+        may_skip(MujocoWorld.capabilities)
+        == may_skip(Still.capabilities) - OF_FLIGHT | WITH_SUBSETS
+    )
+    assert len(OF_FLIGHT) > 10

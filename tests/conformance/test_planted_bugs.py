@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from steadyload.engines.attitudes import rotate
+from steadyload.engines.box import UPRIGHT
 from steadyload.engines.checks.conformance import CHECKS, NotApplicable
 from steadyload.engines.registry import world_class
 from steadyload.engines.world import Box, Velocities
@@ -228,6 +229,54 @@ def with_boxes_unseen(base):
     return BoxesUnseen
 
 
+def with_boxes_put_upright(base):
+    class PutUpright(base):
+        def add_box(self, box):
+            return super().add_box(dataclasses.replace(box, attitude=UPRIGHT))
+
+    return PutUpright
+
+
+def with_boxes_stopped_by_a_reset(base):
+    class StoppedByAReset(base):
+        def reset_poses(self, only=None):
+            super().reset_poses(only)
+            still = np.zeros((len(self.boxes), 3))
+            self.set_velocities(Velocities(still, still))
+
+    return StoppedByAReset
+
+
+def with_launches_at_the_middle(base):
+    class LaunchedAtTheMiddle(base):
+        """A centre of mass starts where it would if its box were upright."""
+
+        def add_box(self, box):
+            shift = np.subtract(np.add(box.centre, box.mass_offset), box.mass_centre)
+            centre = tuple(np.add(box.centre, shift).tolist())
+            return super().add_box(dataclasses.replace(box, centre=centre))
+
+    return LaunchedAtTheMiddle
+
+
+def with_bounces(base):
+    class Bounces(base):
+        """What stops a fall throws up, too."""
+
+        def _advance(self, substeps, length):
+            for _ in range(substeps):
+                before = self._velocities()
+                super()._advance(1, length)
+                after = self._velocities()
+                pushed = after.linear[:, 2] - before.linear[:, 2]
+                struck = pushed > 0.01
+                if struck.any():
+                    after.linear[struck, 2] += 1.5 * pushed[struck]
+                    self._set_velocities(after)
+
+    return Bounces
+
+
 @pytest.mark.parametrize(
     ("plant", "caught_by"),
     [
@@ -257,6 +306,13 @@ def with_boxes_unseen(base):
         (with_gravity_at_the_middle, {"a_pulse_gives_its_impulse"}),
         (with_gravity_kept, {"a_reset_restores_gravity"}),
         (with_slow_boxes_asleep, {"a_box_near_its_edge_falls"}),
+        (
+            with_boxes_put_upright,
+            {"a_box_starts_as_it_was_added", "a_ramp_is_a_slope"},
+        ),
+        (with_boxes_stopped_by_a_reset, {"a_box_starts_as_it_was_added"}),
+        (with_launches_at_the_middle, {"a_box_starts_as_it_was_added"}),
+        (with_bounces, {"an_edge_drop_ends_on_the_nearer_face"}),
     ],
 )
 def test_a_planted_bug_is_caught_in_every_adapter(any_engine, plant, caught_by):
@@ -274,6 +330,58 @@ def test_a_bug_out_of_the_plane_is_caught(any_engine):
             return super().add_box(dataclasses.replace(box, mass_offset=(x, 0.0, z)))
 
     assert passing_checks(AcrossIgnored, ["tipping_about_the_other_axis"]) == set()
+
+
+def with_spins_in_body_axes(base):
+    class InBodyAxes(base):
+        def add_box(self, box):
+            turn, spin = np.array([box.unit_attitude]), np.array([box.angular_velocity])
+            wrong = tuple(rotate(turn, spin)[0].tolist())
+            return super().add_box(dataclasses.replace(box, angular_velocity=wrong))
+
+    return InBodyAxes
+
+
+def without_gyroscopic_term(base):
+    class WithoutGyroscopicTerm(base):
+        """What turns freely keeps its angular velocity."""
+
+        def _advance(self, substeps, length):
+            for _ in range(substeps):
+                before = self._velocities()
+                super()._advance(1, length)
+                self._set_velocities(before)
+
+    return WithoutGyroscopicTerm
+
+
+def with_a_cap_on_turning(base):
+    class Capped(base):
+        def _advance(self, substeps, length):
+            super()._advance(substeps, length)
+            linear, angular = self._velocities()
+            self._set_velocities(Velocities(linear, np.clip(angular, -100.0, 100.0)))
+
+    return Capped
+
+
+@pytest.mark.parametrize(
+    ("plant", "caught_by"),
+    [
+        (
+            with_spins_in_body_axes,
+            {"motion_in_space_is_read_back", "free_rotation"},
+        ),
+        (
+            without_gyroscopic_term,
+            {"free_rotation", "free_rotation_keeps_energy_and_momentum"},
+        ),
+        (with_a_cap_on_turning, {"a_fast_spin_is_kept"}),
+        (with_bounces, {"a_corner_drop_ends_on_the_nearest_face"}),
+    ],
+)
+def test_a_planted_bug_of_turning_is_caught(any_engine, plant, caught_by):
+    assert passing_checks(plant(world_class(any_engine)), caught_by) == set()
 
 
 def test_a_remainder_that_is_dropped_is_caught(any_engine):

@@ -3,8 +3,11 @@
 import itertools
 import math
 
+import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
+from steadyload.engines.attitudes import axes_of_quaternion, rotation_vector
 from steadyload.engines.box import MASSES, SIZES, check_box
 from steadyload.engines.errors import BadNumberError, EngineError
 from steadyload.engines.substeps import SubstepClock
@@ -54,6 +57,32 @@ def test_the_ends_of_the_ranges_are_allowed():
             Box((0.1, 0.1, 0.1), 1.0, (0.0, 0.0, 0.0), (0.0, 0.0, -0.06)),
             "box 7: mass_offset is (0.0, 0.0, -0.06); allowed: inside the box, whose size is",
         ),
+        (
+            Box((0.1, 0.1, 0.1), 1.0, (0.0, 0.0, 0.0), attitude=(1.0, 0.0, 0.0)),
+            "box 7: attitude is (1.0, 0.0, 0.0); allowed: four numbers w, x, y, z, whose length "
+            "differs from 1 by at most 1e-06",
+        ),
+        (
+            Box((0.1, 0.1, 0.1), 1.0, (0.0, 0.0, 0.0), attitude=(1.0, 2e-3, 0.0, 0.0)),
+            "box 7: attitude is (1.0, 0.002, 0.0, 0.0); allowed: four",
+        ),
+        (
+            Box((0.1, 0.1, 0.1), 1.0, (0.0, 0.0, 0.0), attitude=None),
+            "box 7: attitude is None; allowed: four",
+        ),
+        (
+            Box((0.1, 0.1, 0.1), 1.0, (0.0, 0.0, 0.0), velocity=(0.0, NAN, 0.0)),
+            "box 7: velocity is (0.0, nan, 0.0); allowed: three numbers from -1e+06 to 1e+06 m/s",
+        ),
+        (
+            Box((0.1, 0.1, 0.1), 1.0, (0.0, 0.0, 0.0), angular_velocity=(0.0, 0.0, 2e6)),
+            "box 7: angular_velocity is (0.0, 0.0, 2000000.0); allowed: three numbers from -1e+06 "
+            "to 1e+06 rad/s",
+        ),
+        (
+            Box((0.1, 0.1, 0.1), 1.0, (0.0, 0.0, 0.0), fixed=True, velocity=(1.0, 0.0, 0.0)),
+            "box 7: velocities are (1.0, 0.0, 0.0) and (0.0, 0.0, 0.0); allowed: zeros, as it is",
+        ),
     ],
 )
 def test_a_refusal_says_which_box_and_what_is_allowed(box, message):
@@ -70,6 +99,36 @@ def test_whatever_a_layout_may_hold_is_allowed(shrink):
         item = Item(0, (0.0, 0.0, 0.0), (side, side, side), weight, offset)
         (box,) = boxes(Layout("A", Pallet(*(SIDES[1],) * 3), (item,)), shrink=shrink)
         check_box(box, 0)
+
+
+def test_a_start_within_the_limits_is_allowed():
+    """Also an attitude in single precision, which is scaled to length 1."""
+    attitude = tuple(float(np.float32(part)) for part in (0.1, -0.7, 0.1, 0.7))
+    box = Box(
+        (0.1, 0.2, 0.3),
+        1.0,
+        (1.0, 2.0, 3.0),
+        (0.01, 0.02, 0.03),
+        attitude=attitude,
+        velocity=(1e6, 0.0, -1e6),
+        angular_velocity=(0.0, 1e6, 0.0),
+    )
+    check_box(box, 0)
+    assert math.hypot(*box.unit_attitude) == pytest.approx(1.0, abs=1e-15)
+    axes = Rotation.from_quat(attitude, scalar_first=True).as_matrix()
+    assert np.subtract(box.mass_centre, box.centre) == pytest.approx(axes @ box.mass_offset)
+    assert axes_of_quaternion(box.unit_attitude) == pytest.approx(axes)
+
+
+@pytest.mark.parametrize("degrees", [0.0, 1e-7, 40.0, 179.9, 180.0, 200.0, 359.0, 540.0])
+def test_a_rotation_vector_is_that_of_its_quaternion(degrees):
+    for axis in ((1.0, 0.0, 0.0), (0.6, -0.8, 0.0), (-0.48, 0.6, 0.64)):
+        half = math.radians(0.5 * degrees)
+        quaternion = (math.cos(half), *(math.sin(half) * part for part in axis))
+        turned = Rotation.from_rotvec(rotation_vector(quaternion))
+        expected = Rotation.from_quat(quaternion, scalar_first=True)
+        assert (turned * expected.inv()).magnitude() < 1e-12
+        assert np.linalg.norm(rotation_vector(quaternion)) <= math.pi
 
 
 def test_allowed_boxes_have_moments_of_inertia():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from steadyload.engines.registry import EngineNotInstalledError, world_class
-from steadyload.engines.world import Box, WorldSettings
+from steadyload.engines.world import Box, Velocities, WorldSettings
 from steadyload.methods import make_method
 
 CUBE = (0.1, 0.1, 0.1)
@@ -102,3 +102,23 @@ def test_numbers_of_single_precision_are_told(world_of, name):
         made.stepSimulation(0.1, 10, 0.01)
         centre = made.poses().centres[0]
     assert 0.0 < np.abs(centre - (0.11, 0.23, 0.31)).max() < 1e-7
+
+
+@pytest.mark.parametrize("name", ["rapier", "physx"])
+def test_what_starts_with_a_fast_turn_keeps_it(world_of, name):
+    world = world_of(name)
+    fast = Box(CUBE, 1.0, (0.0, 0.0, 5.0), angular_velocity=(0.0, 1000.0, 0.0))
+    with world(WorldSettings(gravity=(0.0, 0.0, 0.0))) as made:
+        made.add_box(fast)
+        made.stepSimulation(0.1, 10**6, 1.0 / 480.0)
+        assert made.velocities().angular[0] == pytest.approx((0.0, 1000.0, 0.0), abs=0.1)
+
+
+def test_rapier_cuts_a_turn_that_is_given_later(world_of):
+    """As its declaration says: by an eighth of a turn a substep."""
+    with world_of("rapier")(WorldSettings(gravity=(0.0, 0.0, 0.0))) as made:
+        made.add_box(Box(CUBE, 1.0, (0.0, 0.0, 5.0)))
+        spin = Velocities(np.zeros((1, 3)), np.array([(0.0, 1000.0, 0.0)]))
+        made.set_velocities(spin)
+        made.stepSimulation(0.1, 10**6, 1.0 / 480.0)
+        assert made.velocities().angular[0, 1] == pytest.approx(480.0 * np.pi / 4.0, rel=0.01)
