@@ -232,7 +232,7 @@ def _why_not(layout: Layout, found: Found, allowed: Collection[Kind], seconds: f
     words = ", ".join(kind for kind in Kind if kind in allowed)
     if found.nearest is None:
         return f"no plan was found within {seconds:g} s of CPU time"
-    left = [step for step, place in enumerate(found.nearest.places) if place is None]
+    left = found.nearest.left_out
     if not left:
         return f"of {found.judged} changed plans none was confirmed (allowed changes: {words})"
     box = box_label(left[0], layout.items[left[0]].name)

@@ -9,7 +9,8 @@ from enum import StrEnum
 from steadyload.layouts.model.growing import numbered
 from steadyload.layouts.model.layout import Layout
 from steadyload.repairing.plan import Boxes, Kind, Worth
-from steadyload.repairing.search import OF_MOVED, Attempt, Search
+from steadyload.repairing.search import Attempt, Search
+from steadyload.statics.kernels.loading import OF_MOVED
 from steadyload.time_limit import TimeLimit, TimeoutExpiredError
 
 MARGINS = (0.05, OF_MOVED, 1.0, 2.0, 4.0)
@@ -73,11 +74,10 @@ class Found:
 
 def changed_plan(boxes: Boxes, attempt: Attempt) -> Layout:
     """The layout of an attempt, under the name of the plan."""
-    items = []
-    for step, box in enumerate(attempt.order):
-        place = attempt.places[box]
-        assert place is not None, "what is in the order is kept"
-        items.append(numbered(boxes.item(box, place), step))
+    items = [
+        numbered(boxes.item(box, attempt.places[box]), step)
+        for step, box in enumerate(attempt.order)
+    ]
     return Layout(boxes.layout.name, boxes.layout.pallet, tuple(items))
 
 
@@ -199,16 +199,14 @@ class ConfirmedSearch:
         """
         steps = confirmation.at_fault or range(len(attempt.order))
         for box in {attempt.order[step] for step in steps}:
-            place = attempt.places[box]
-            assert place is not None, "it is loaded"
-            is_planned = place == self._boxes.planned[box]
-            margins = self._search.margins
+            place, margins = attempt.places[box], self._search.loading.margins
+            is_planned = (place == self._boxes.planned[box]).all()
             now = margins[box] if is_planned else max(margins[box], OF_MOVED)
             larger = [margin for margin in MARGINS if margin > now]
             if larger:
                 margins[box] = larger[0]
             else:
-                self._search.refused.add((box, place))
+                self._search.loading.refuse(box, place)
 
 
 def _as_full(worth: Worth) -> Worth:

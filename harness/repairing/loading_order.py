@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from steadyload.layouts.model.layout import FloatArray, Item
-from steadyload.repairing.mask import Mask
-from steadyload.repairing.plan import Boxes, Place
+from steadyload.layouts.model.growing import GrowingLayout, first_arrays, numbered
+from steadyload.layouts.model.layout import FloatArray
+from steadyload.repairing.plan import Boxes
 from steadyload.statics import kernels
+from steadyload.statics.bearing.crushing import crushed_by_now
+from steadyload.statics.kernels.growing import ITEMS
+from steadyload.statics.kernels.loading import ALL, FULL
 
 
 class Loaded(NamedTuple):
@@ -21,117 +22,135 @@ class Loaded(NamedTuple):
     stuck: tuple[int, ...]
 
 
-class _Turn(NamedTuple):
-    """The state before a box is tried for the first time, and what it was tried with."""
-
-    tried: tuple[Place | None, float]
-    loaded: int
-    waiting: tuple[int, ...]
-
-
 class LoadingOrder:
     """Loads boxes at given places, each as soon as it stands, in nearly the order of the plan.
 
-    A box that does not stand waits for others, where the order may change. A box is let down from
-    above: no box that is loaded before may be in the way, unless both are where they were in the
-    plan, where that was so, too.
+    Every step stands by exact vertical equilibrium, no box is crushed, and each is let down from
+    above; see :func:`.kernels.loading.load`. What was loaded last stays: boxes before the first
+    change are not loaded again.
 
     Args:
         boxes: of the plan.
         reorder: the order may change.
+        margin: of all boxes at first [cm].
+
+    Attributes:
+        margins: by which the contact patches of boxes are drawn in on every side [cm], shape (J,);
+            at other places than in the plan by :data:`.OF_MOVED` at least.
     """
 
-    def __init__(self, boxes: Boxes, *, reorder: bool) -> None:
+    def __init__(self, boxes: Boxes, *, reorder: bool, margin: float) -> None:
         self._boxes, self._reorder = boxes, reorder
-        self._mask = Mask(boxes.layout.pallet, limited=boxes.limited)
-        self._turns: list[_Turn] = []
-        self._places: Sequence[Place | None] = ()
-        self._margins: FloatArray = np.zeros(0)
+        self.margins: FloatArray = np.full(len(boxes), margin)
+        self._refused: FloatArray = np.empty((0, 5))
+        self._places = boxes.planned
+        self._arrays = first_arrays(boxes.layout.pallet)
+        self._kept = tuple(self._arrays)
+        self._turns = tuple(kernels.loading.no_turns(len(boxes)))
+        self._looked_at = _LookedAt(boxes) if boxes.limited else None
 
-    def load(self, places: Sequence[Place | None], margins: FloatArray) -> Loaded:
+    def refuse(self, box: int, place: FloatArray) -> None:
+        """Take a place of a box for one at which it does not stand."""
+        self._refused = np.vstack([self._refused, [float(box), *place]])
+
+    def is_refused(self, box: int, place: FloatArray) -> bool:
+        """Whether a place was refused."""
+        return bool((self._refused == [float(box), *place]).all(axis=1).any())
+
+    def load(self, places: FloatArray) -> Loaded:
         """Load the boxes.
 
         Args:
-            places: by box; None for one that is left out.
-            margins: by box, see :class:`Mask` [cm].
+            places: by box, shape (J, 4), see :class:`Boxes`; they must not change afterwards.
         """
-        first = self._first_change(places, margins)
-        self._places, self._margins = places, margins
-        waiting = self._back_to(first)
-        for box in range(first, len(places)):
-            turn = _Turn((places[box], float(margins[box])), len(self._mask.boxes), tuple(waiting))
-            self._turns.append(turn)
-            if places[box] is None:
-                continue
-            if not self._place(box):
-                waiting.append(box)
-            elif self._reorder:
-                waiting = self._retried(waiting)
-        return Loaded(tuple(self._mask.boxes), tuple(waiting))
+        self._places = places
+        self._back_to(len(places))
+        while True:
+            ended = kernels.loading.load(
+                self._kept, self._boxes.arrays, self._turns, places, self.margins, self._refused,
+                self._reorder, self._looked_at is not None,
+            )  # fmt: skip
+            if ended == ALL:
+                break
+            if ended == FULL:
+                kernels.growing.take_off(self._kept, 0)
+                self._turns = tuple(kernels.loading.no_turns(len(places)))
+                self._make_room()
+            else:
+                self._look()
+        *_, order, waiting, cursor = self._turns
+        loaded, stuck = self._arrays.counts[ITEMS], cursor[kernels.loading.WAITING]
+        return Loaded(tuple(order[:loaded].tolist()), tuple(waiting[:stuck].tolist()))
 
-    def stands(
-        self, box: int, item: Item, positions: FloatArray, margin: float
-    ) -> NDArray[np.bool_]:
-        """Whether a box that is not loaded would stand on each of many places.
+    def first_standing(
+        self, box: int, places: FloatArray, margin: float, most: int
+    ) -> list[FloatArray]:
+        """The first places at which a box would stand, whatever boxes may bear.
 
         With all boxes that are loaded, or, where the order is fixed, with those before it.
 
         Args:
-            box: its number.
-            item: the box, turned as it would be.
-            positions: lower corners [cm], shape (K, 3).
-            margin: see :class:`Mask` [cm].
+            box: its number; it is not loaded.
+            places: to be looked at, shape (K, 4); that in the plan and refused ones do not count.
+            margin: as of :attr:`margins` [cm].
+            most: places that are looked for.
         """
         if not self._reorder:
             self._back_to(box)
-        return self._mask.stands(item, positions, margin)
+        found = np.empty(most, dtype=np.int64)
+        while True:
+            count = kernels.loading.first_standing(
+                self._kept, self._boxes.arrays, box, places, margin, self._refused, found
+            )
+            if count >= 0:
+                return list(places[found[:count]])
+            self._make_room()
 
-    def _first_change(self, places: Sequence[Place | None], margins: FloatArray) -> int:
-        for box, turn in enumerate(self._turns):
-            if turn.tried != (places[box], margins[box]):
-                return box
-        return len(self._turns)
+    def _back_to(self, box: int) -> None:
+        """Go back to before the first change, and to before the turn of a box at the latest."""
+        kernels.loading.begin(
+            self._kept, self._boxes.arrays, self._turns, self._places, self.margins, self._refused,
+            box,
+        )  # fmt: skip
 
-    def _back_to(self, box: int) -> list[int]:
-        """Go back to before a box was tried; returns those that waited then."""
-        if box == len(self._turns):
-            # Nothing changed for those tried; what waits now is what waited in the end.
-            loaded = set(self._mask.boxes)
-            return [b for b in range(box) if self._places[b] is not None and b not in loaded]
-        turn = self._turns[box]
-        self._mask.cut(turn.loaded)
-        del self._turns[box:]
-        return list(turn.waiting)
+    def _make_room(self) -> None:
+        self._arrays = kernels.growing.with_more_room(self._arrays)
+        self._kept = tuple(self._arrays)
 
-    def _retried(self, waiting: list[int]) -> list[int]:
-        """Load what can be loaded now, the earliest first; returns what still waits."""
-        again = True
-        while again and waiting:
-            again = False
-            for box in waiting:
-                if self._place(box):
-                    waiting = [other for other in waiting if other != box]
-                    again = True
-                    break
-        return waiting
+    def _look(self) -> None:
+        """Take off the box that was put on last if one is crushed by it."""
+        assert self._looked_at is not None, "some box states what it may bear"
+        tried, *_, order, waiting, cursor = self._turns
+        again = cursor[kernels.loading.AGAIN]
+        box = int(waiting[again] if again >= 0 else cursor[kernels.loading.NEXT] - 1)
+        place = int(self._arrays.counts[ITEMS]) - 1
+        now = [*order[:place].tolist(), box]
+        stands = not self._looked_at.is_crushed(now, tried[now, :4].tolist())
+        if not stands:
+            kernels.growing.take_off(self._kept, place)
+        kernels.loading.said(self._turns, place, box, stands, self._reorder)
 
-    def _place(self, box: int) -> bool:
-        place = self._places[box]
-        assert place is not None, "the box is kept"
-        item = self._boxes.item(box, place)
-        margin = float(self._margins[box])
-        return self._reachable(box, item) and self._mask.place(box, item, margin)
 
-    def _reachable(self, box: int, item: Item) -> bool:
-        """Whether the box can be let down to its place."""
-        lower = np.array(item.position)
-        in_the_way = kernels.free_places.boxes_over(*self._mask.corners, lower, lower + item.size)
-        if not len(in_the_way):
-            return True
-        if not self._is_planned(box):
-            return False
-        before = [self._mask.boxes[place] for place in in_the_way]
-        return all(other < box and self._is_planned(other) for other in before)
+class _LookedAt:
+    """A load that is looked at after each box: does one bear more than it may?"""
 
-    def _is_planned(self, box: int) -> bool:
-        return self._places[box] == self._boxes.planned[box]
+    def __init__(self, boxes: Boxes) -> None:
+        self._boxes = boxes
+        self._layout = GrowingLayout(boxes.layout.pallet, "repair")
+        self._loaded: list[tuple[int, list[float]]] = []
+
+    def is_crushed(self, order: list[int], places: list[list[float]]) -> bool:
+        """Whether a box is crushed by the last one.
+
+        Args:
+            order: the boxes that are loaded.
+            places: of these.
+        """
+        now, same = list(zip(order, places, strict=True)), 0
+        while same < min(len(now), len(self._loaded)) and now[same] == self._loaded[same]:
+            same += 1
+        self._layout.cut(same)
+        for turn, (box, place) in enumerate(now[same:], same):
+            self._layout.put(numbered(self._boxes.item(box, place), turn))
+        self._loaded = now
+        return crushed_by_now(self._layout, self._layout.items) is not None

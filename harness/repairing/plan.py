@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
@@ -9,7 +10,10 @@ from functools import cached_property
 
 import numpy as np
 
-from steadyload.layouts.model.layout import FloatArray, Item, Layout, Vector
+from steadyload.layouts.model.layout import TOLERANCE, FloatArray, Item, Layout
+from steadyload.statics import kernels
+from steadyload.statics.kernels.loading import AS_PLANNED
+from steadyload.statics.kernels.loading import LEFT_OUT as LEFT_OUT
 
 
 class Kind(StrEnum):
@@ -27,14 +31,6 @@ class Kind(StrEnum):
     TURN = "turn"
     MOVE = "move"
     LEAVE = "leave"
-
-
-@dataclass(frozen=True, slots=True)
-class Place:
-    """Where a box is put: its lower corner [cm], and whether it is turned by a quarter."""
-
-    position: Vector
-    turned: bool = False
 
 
 @dataclass(frozen=True, order=True, slots=True)
@@ -59,6 +55,9 @@ class Worth:
 class Boxes:
     """The boxes of a plan, by their steps in it.
 
+    A place of a box is a row of four numbers: its lower corner (x, y, z) [cm], and whether it is as
+    planned (0), turned by a quarter about the vertical (1), or left out: :data:`LEFT_OUT`.
+
     Args:
         layout: the plan.
         limited: what boxes may bear counts.
@@ -66,27 +65,43 @@ class Boxes:
     Attributes:
         layout: the plan.
         limited: some box states what it may bear, and that counts.
+        planned: places in the plan, shape (J, 4).
+        arrays: of all boxes, for compiled code: see :class:`.kernels.loading.Boxes`.
     """
 
     def __init__(self, layout: Layout, *, limited: bool = True) -> None:
         self.layout = layout
         self.limited = limited and any(item.max_load is not None for item in layout.items)
-        self._turned: dict[int, Item] = {}
-        self._items: dict[tuple[int, Place], Item] = {}
+        count = len(layout)
+        self.planned: FloatArray = np.column_stack([layout.lower, np.zeros(count)])
+        sizes, offsets = layout.sizes, layout.mass_offsets
+        turned = offsets[:, ::-1] * (1.0, 1.0, -1.0)
+        self.arrays = tuple(
+            kernels.loading.Boxes(
+                np.stack([sizes, sizes[:, ::-1]]), np.stack([offsets, turned]) + 0.0,
+                layout.weights.copy(), self.planned, sizes.prod(axis=1),
+            )
+        )  # fmt: skip
 
     def __len__(self) -> int:
         return len(self.layout)
 
-    @cached_property
-    def planned(self) -> tuple[Place, ...]:
-        """Where they are in the plan."""
-        return tuple(Place(item.position) for item in self.layout.items)
-
-    @cached_property
+    @property
     def volumes(self) -> FloatArray:
         """[cm3], shape (J,)."""
-        found: FloatArray = self.layout.sizes.prod(axis=1)
-        return found
+        volumes: FloatArray = self.arrays[4]
+        return volumes
+
+    @property
+    def sides(self) -> FloatArray:
+        """Sizes of boxes as planned and turned [cm], shape (2, J, 3)."""
+        sides: FloatArray = self.arrays[0]
+        return sides
+
+    def is_oblong(self, box: int) -> bool:
+        """Whether a box is another one when it is turned."""
+        width, _, depth = self.layout.items[box].size
+        return abs(width - depth) > TOLERANCE
 
     @cached_property
     def limits(self) -> FloatArray:
@@ -101,60 +116,53 @@ class Boxes:
         high[::2] = np.minimum(high[::2], np.maximum(deck[2:], layout.upper[:, ::2].max(axis=0)))
         return np.concatenate((low, high, deck))
 
-    def item(self, box: int, place: Place) -> Item:
-        """A box at a place."""
-        found = self._items.get((box, place))
-        if found is None:
-            own = self.turned(box) if place.turned else self.layout.items[box]
-            found = self._items[box, place] = replace(own, position=place.position)
+    def item(self, box: int, place: Sequence[float] | FloatArray) -> Item:
+        """A box at a place; turned, it keeps its contents."""
+        own = self.layout.items[box]
+        x, y, z, turn = map(float, place)
+        if turn == AS_PLANNED:
+            return replace(own, position=(x, y, z))
+        (width, height, depth), (over_x, over_y, over_z) = own.size, own.mass_offset
+        return replace(
+            own,
+            position=(x, y, z),
+            size=(depth, height, width),
+            mass_offset=(over_z, over_y, -over_x if over_x else 0.0),
+        )
+
+    def centres(self, places: FloatArray) -> FloatArray:
+        """Middles of all boxes at their places [cm], shape (J, 3)."""
+        turns = places[:, 3].astype(int)
+        found: FloatArray = places[:, :3] + 0.5 * self.sides[turns, np.arange(len(places))]
         return found
 
-    def turned(self, box: int) -> Item:
-        """A box turned by a quarter about the vertical through its centre, with its contents."""
-        if box not in self._turned:
-            own = self.layout.items[box]
-            (width, height, depth), (x, y, z) = own.size, own.mass_offset
-            self._turned[box] = replace(
-                own, size=(depth, height, width), mass_offset=(z, y, -x if x else 0.0)
-            )
-        return self._turned[box]
-
-    def distance(self, box: int, place: Place) -> float:
-        """How far the centre of a box comes to be from where it was in the plan [cm]."""
-        own, there = self.layout.items[box], self.item(box, place)
-        far = [
-            (b + 0.5 * t) - (a + 0.5 * s)
-            for a, s, b, t in zip(own.position, own.size, there.position, there.size, strict=True)
-        ]
-        return float(np.sqrt(np.dot(far, far)))
-
-    def worth(self, places: Sequence[Place | None], order: Sequence[int]) -> Worth:
+    def worth(self, places: FloatArray, order: Sequence[int]) -> Worth:
         """The cost of a changed plan.
 
         Args:
-            places: by box; None for one that is left out.
+            places: by box, shape (J, 4).
             order: the boxes that are kept, as they are loaded.
         """
-        left = [box for box, place in enumerate(places) if place is None]
-        far = [
-            self.distance(box, place)
-            for box, place in enumerate(places)
-            if place is not None and place != self.planned[box]
-        ]
+        left, volume, moved, distance = kernels.loading.cost(self.arrays, places)
         return Worth(
-            len(left), round(float(self.volumes[left].sum()), 6), len(far), round(sum(far), 6),
+            left,
+            round(volume, 6),
+            moved,
+            round(distance, 6),
             len(order) - len(kept_in_order(order)),
-        )  # fmt: skip
+        )
 
 
 def kept_in_order(order: Sequence[int]) -> list[int]:
     """A longest part of a sequence in which numbers ascend: the boxes that need no other time."""
-    ends: list[int] = []  # place in `order` of the smallest last number of a part of each length
+    # The smallest last number of a part of each length, and its place in `order`.
+    last: list[int] = []
+    ends: list[int] = []
     before = [-1] * len(order)
     for place, box in enumerate(order):
-        length = int(np.searchsorted([order[end] for end in ends], box))
+        length = bisect_left(last, box)
         before[place] = ends[length - 1] if length else -1
-        ends[length : length + 1] = [place]
+        ends[length : length + 1], last[length : length + 1] = [place], [box]
     found: list[int] = []
     place = ends[-1] if ends else -1
     while place >= 0:

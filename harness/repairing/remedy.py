@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import dataclass
 
-import numpy as np
-
 from steadyload.layouts.model.contacts import find_supports
 from steadyload.layouts.model.footing import Side, footing
 from steadyload.layouts.model.frame import Frame
@@ -17,13 +15,11 @@ from steadyload.repairing.changes import sideways
 from steadyload.repairing.loading_order import LoadingOrder
 from steadyload.repairing.places import Places
 from steadyload.repairing.plan import Boxes, Kind
-from steadyload.repairing.search import MARGIN, OF_MOVED
+from steadyload.repairing.search import MARGIN
+from steadyload.statics.kernels.loading import OF_MOVED
 
 REACH = 30.0
 """How far a box is shifted at most [cm]."""
-
-_AT_ONCE = 64
-"""Places that are looked at in one call."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,8 +79,8 @@ def remedy(layout: Layout, step: int) -> Remedy | None:
         step: that fails.
     """
     boxes = Boxes(layout, limited=False)
-    loading = LoadingOrder(boxes, reorder=True)
-    loaded, after = loading.load(boxes.planned, np.full(len(boxes), MARGIN)), None
+    loading = LoadingOrder(boxes, reorder=True, margin=MARGIN)
+    loaded, after = loading.load(boxes.planned), None
     if step in loaded.order:
         before = loaded.order[: loaded.order.index(step)]
         after = max((box for box in before if box > step), default=None)
@@ -92,8 +88,8 @@ def remedy(layout: Layout, step: int) -> Remedy | None:
             return None
     at_fault = footing(layout, step)
     missing = at_fault.beyond + OF_MOVED if at_fault.side is not None else 0.0
-    in_turn = LoadingOrder(boxes, reorder=False)
-    stuck = in_turn.load(boxes.planned, np.zeros(len(boxes))).stuck
+    in_turn = LoadingOrder(boxes, reorder=False, margin=0.0)
+    stuck = in_turn.load(boxes.planned).stuck
     below, way = _gives_way(boxes, step, stuck), _shift(boxes, step, in_turn)
     if way is None and below is not None:
         return Remedy(step, after, gives_way=below)
@@ -130,15 +126,10 @@ def _shift(boxes: Boxes, step: int, in_turn: LoadingOrder) -> Vector | None:
         step: of the box.
         in_turn: the plan, loaded in its order.
     """
-    others = [item for box, item in enumerate(boxes.layout.items) if box != step]
     free = Places(boxes, {Kind.SHIFT, Kind.DROP}, REACH)
-    found, far, _ = free.of(step, others, OF_MOVED)
-    found = np.ascontiguousarray(found[far > TOLERANCE])
-    own = boxes.layout.items[step]
-    for first in range(0, len(found), _AT_ONCE):
-        part = found[first : first + _AT_ONCE]
-        stands = in_turn.stands(step, own, part, OF_MOVED)
-        if stands.any():
-            x, y, z = (part[int(stands.argmax())] - own.position).round(6).tolist()
-            return (x, y, z)
-    return None
+    found, far = free.of(step, boxes.planned, OF_MOVED)
+    nearest = in_turn.first_standing(step, found[far > TOLERANCE], OF_MOVED, 1)
+    if not nearest:
+        return None
+    x, y, z = (nearest[0][:3] - boxes.planned[step, :3]).round(6).tolist()
+    return (x, y, z)

@@ -2,23 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
-from steadyload.layouts.model.layout import TOLERANCE, FloatArray, Item
+from steadyload.layouts.model.layout import TOLERANCE, FloatArray
 from steadyload.repairing.loading_order import LoadingOrder
 from steadyload.repairing.places import Places
-from steadyload.repairing.plan import Boxes, Kind, Place, Worth
+from steadyload.repairing.plan import LEFT_OUT, Boxes, Kind, Worth
+from steadyload.statics.kernels.loading import OF_MOVED
 
-MARGIN, OF_MOVED = 0.05, 0.5
-"""Margins of balance [cm] of boxes at their places in the plan, and of moved ones, at first."""
+MARGIN = 0.05
+"""Margin of balance [cm] of boxes at their places in the plan, at first."""
 
-_AT_FIRST, _AT_ONCE = 16, 64
-"""Places that are looked at in the first call, and in each of the next."""
-
-_LOOKED_AT = 1500
+_LOOKED_AT = 1552
 """Places of a box that are looked at, at most."""
 
 _STEPS, _NEAR, _TAKEN_OFF = 0.4, 0.05, 0.25
@@ -35,20 +34,28 @@ _TRIED, _TRIED_WITH_LIMITS = 4, 24
 """Places at which a box is balanced that are tried with all other boxes; and where boxes state what
 they may bear, which is looked at only then."""
 
+_OUT = np.array([0.0, 0.0, 0.0, LEFT_OUT])
+"""In place of the place of a box that is left out."""
+
 
 @dataclass(frozen=True)
 class Attempt:
     """A changed plan by the search.
 
     Attributes:
-        places: by box; None for one that is left out.
+        places: by box, shape (J, 4), see :class:`Boxes`.
         order: the boxes that are kept, as they are loaded.
         worth: what it costs.
     """
 
-    places: tuple[Place | None, ...]
+    places: FloatArray = field(compare=False)
     order: tuple[int, ...]
     worth: Worth
+
+    @property
+    def left_out(self) -> list[int]:
+        """The boxes that are left out."""
+        return left_out(self.places)
 
 
 class Search:
@@ -61,6 +68,10 @@ class Search:
         shift_cm: see :class:`Places`.
         seed: of random choices.
         check_time: called often; raises an error where the time is up.
+
+    Attributes:
+        places: where boxes may be.
+        loading: of boxes at their places, with their margins.
     """
 
     def __init__(
@@ -72,49 +83,47 @@ class Search:
         check_time: Callable[[], None],
     ) -> None:
         self._boxes, self._check_time = boxes, check_time
-        self._places = Places(boxes, allowed, shift_cm)
-        self._loading = LoadingOrder(boxes, reorder=Kind.ORDER in allowed)
+        self.places = Places(boxes, allowed, shift_cm)
+        self.loading = LoadingOrder(boxes, reorder=Kind.ORDER in allowed, margin=MARGIN)
         self._random = np.random.default_rng(seed)
-        self.margins: FloatArray = np.full(len(boxes), MARGIN)
-        self.refused: set[tuple[int, Place]] = set()
+        self._middles = boxes.centres(boxes.planned)
 
-    def complete(
-        self, places: Sequence[Place | None], worst: Worth | None = None
-    ) -> Attempt | None:
+    def complete(self, places: FloatArray, worst: Worth | None = None) -> Attempt | None:
         """Move boxes that cannot be loaded, one by one, to the nearest places where they stand.
 
         Args:
-            places: by box; None for one that is left out, unless there is a place in the end.
+            places: by box; one that is left out stays so unless there is a place in the end.
             worst: give up once it is known that this is not improved.
 
         Returns:
             None if given up.
         """
-        now = list(places)
+        now = places
         while True:
             self._check_time()
-            loaded = self._loading.load(now, self._margins_of(now))
+            loaded = self.loading.load(now)
             if not loaded.stuck:
                 break
-            box = loaded.stuck[0]
-            now[box] = self._best_place(box, now, loaded.stuck)
+            now = self._moved(loaded.stuck[0], now, loaded.stuck)
             if worst is not None and self._boxes.worth(now, ()) >= worst:
                 return None
-        left = [box for box, place in enumerate(now) if place is None]
+        left = left_out(now)
         noise = self._random.uniform(0.5, 1.5, len(left))
         for place in np.argsort(-self._boxes.volumes[left] * noise, kind="stable"):
-            now[left[place]] = self._best_place(left[place], now, ())
-        loaded = self._loading.load(now, self._margins_of(now))
-        for box in loaded.stuck:
-            now[box] = None
-        order = self._loading.load(now, self._margins_of(now)).order
-        return Attempt(tuple(now), order, self._boxes.worth(now, order))
+            now = self._moved(left[place], now, ())
+        stuck = self.loading.load(now).stuck
+        if stuck:
+            now = now.copy()
+            now[list(stuck)] = _OUT
+        order = self.loading.load(now).order
+        return Attempt(now, order, self._boxes.worth(now, order))
 
     def nearer(self, attempt: Attempt) -> Attempt:
         """The same with each moved box put as near to its place in the plan as all others allow."""
         planned = self._boxes.planned
-        moved = [box for box in attempt.order if attempt.places[box] != planned[box]]
-        for box in moved:
+        for box in attempt.order:
+            if (attempt.places[box] == planned[box]).all():
+                continue
             for place in self._nearer_places(box, attempt.places):
                 self._check_time()
                 attempt = self._with_place(attempt, box, place) or attempt
@@ -122,31 +131,25 @@ class Search:
                 attempt = self._pulled(attempt, box, axis)
         return attempt
 
-    def _nearer_places(self, box: int, places: Sequence[Place | None]) -> list[Place]:
+    def _nearer_places(self, box: int, places: FloatArray) -> FloatArray:
         """Free places of a box that are nearer than where it is, the nearest last."""
-        place = places[box]
-        assert place is not None, "the box is kept"
-        margin = max(OF_MOVED, float(self.margins[box]))
-        found, far, turned = self._places.of(box, self._items(places, {box}), margin)
-        nearer = np.flatnonzero(far < self._boxes.distance(box, place) - 1e-6)
-        made = [_place(found[k], turned[k]) for k in nearer[-_TRIED_NEARER:]]
-        return [other for other in made if other != self._boxes.planned[box]][::-1]
+        found, far = self.places.of(box, places, self._margin(box))
+        now = float(np.linalg.norm((self._boxes.centres(places) - self._middles)[box]))
+        nearer = found[far < now - 1e-6][-_TRIED_NEARER:]
+        return nearer[(nearer != self._boxes.planned[box]).any(axis=1)][::-1]
 
     def _pulled(self, attempt: Attempt, box: int, axis: int) -> Attempt:
         """The attempt with a box slid along an axis towards the plan as far as it stands."""
-        place = attempt.places[box]
-        assert place is not None, "the box is kept"
-        was, now = self._boxes.layout.items[box], self._boxes.item(box, place)
-        goal = was.position[axis] + 0.5 * (was.size[axis] - now.size[axis])
-        low, high = self._boxes.limits[axis], self._boxes.limits[3 + axis] - now.size[axis]
-        goal = min(max(goal, low), high)
-        way, share, step = goal - now.position[axis], 0.0, 1.0
+        now = attempt.places[box]
+        size = self._boxes.sides[int(now[3]), box, axis]
+        goal = self._middles[box, axis] - 0.5 * size
+        low, high = self._boxes.limits[axis], self._boxes.limits[3 + axis] - size
+        way, share, step = min(max(goal, low), high) - now[axis], 0.0, 1.0
         while abs(way) * step > _FINEST:
             self._check_time()
-            position = list(now.position)
-            position[axis] = round(now.position[axis] + (share + step) * way, 3)
-            x, y, z = position
-            found = self._with_place(attempt, box, Place((x, y, z), place.turned))
+            place = now.copy()
+            place[axis] = round(now[axis] + (share + step) * way, 3)
+            found = self._with_place(attempt, box, place)
             if found is not None:
                 attempt, share = found, share + step
             if share == 1.0:
@@ -154,29 +157,29 @@ class Search:
             step *= 0.5
         return attempt
 
-    def _with_place(self, attempt: Attempt, box: int, place: Place) -> Attempt | None:
+    def _with_place(self, attempt: Attempt, box: int, place: FloatArray) -> Attempt | None:
         """The attempt with a box elsewhere; None where that is no better, or a box is stuck."""
-        if (box, place) in self.refused:
+        if self.loading.is_refused(box, place):
             return None
-        places = (*attempt.places[:box], place, *attempt.places[box + 1 :])
-        loaded = self._loading.load(places, self._margins_of(places))
+        places = with_place(attempt.places, box, place)
+        loaded = self.loading.load(places)
         worth = self._boxes.worth(places, loaded.order)
         if loaded.stuck or worth >= attempt.worth:
             return None
         return Attempt(places, loaded.order, worth)
 
-    def neighbour(self, best: Attempt) -> list[Place | None]:
+    def neighbour(self, best: Attempt) -> FloatArray:
         """Places to start from: changed boxes about one of them are put back, and others moved."""
         draw, planned = self._random, self._boxes.planned
-        changed = [b for b, place in enumerate(best.places) if place != planned[b]]
-        centres = 0.5 * (self._boxes.layout.lower + self._boxes.layout.upper)
+        changed = np.flatnonzero((best.places != planned).any(axis=1))
         chosen = int(draw.choice(changed))
-        changed.sort(key=lambda box: float(np.abs(centres[box] - centres[chosen]).sum()))
-        start = list(best.places)
-        for box in changed[: int(draw.geometric(_STEPS))]:
-            start[box] = planned[box]
+        far = np.abs(self._middles[changed] - self._middles[chosen]).sum(axis=1)
+        changed = changed[np.argsort(far, kind="stable")]
+        start = best.places.copy()
+        back = changed[: int(draw.geometric(_STEPS))]
+        start[back] = planned[back]
         # What was changed has to be put elsewhere anyhow, and may be in the way of a better place.
-        ignored = set(changed) if draw.random() < 0.5 else set[int]()
+        ignored = changed.tolist() if draw.random() < 0.5 else []
         way = draw.random()
         if best.worth.left and draw.random() < 0.5:
             self._take_off(start)
@@ -187,78 +190,72 @@ class Search:
                 self._push_aside(chosen, start, ignored)
         return start
 
-    def _take_off(self, places: list[Place | None]) -> None:
+    def _take_off(self, places: FloatArray) -> None:
         """Take out some of the boxes of the upper half, for them and those left out to be put."""
-        kept = [box for box, place in enumerate(places) if place is not None]
-        tops = [self._boxes.item(box, places[box]).position[1] for box in kept]  # type: ignore[arg-type]
-        upper = np.argsort(tops)[len(kept) // 2 :]
+        kept = np.flatnonzero(places[:, 3] != LEFT_OUT)
+        upper = kept[np.argsort(places[kept, 1])[len(kept) // 2 :]]
         count = min(int(self._random.geometric(_TAKEN_OFF)), len(upper))
-        for place in self._random.choice(upper, count, replace=False):
-            places[kept[place]] = None
+        places[self._random.choice(upper, count, replace=False)] = _OUT
 
-    def _push_below(self, box: int, places: list[Place | None], ignored: set[int]) -> None:
+    def _push_below(self, box: int, places: FloatArray, ignored: Collection[int]) -> None:
         """Put another box, if one may be there, below one that is at its place in the plan."""
         boxes, draw = self._boxes, self._random
-        kept = [b for b, place in enumerate(places) if place is not None and b != box]
-        if not kept:
+        kept = np.flatnonzero(places[:, 3] != LEFT_OUT)
+        kept = kept[kept != box]
+        if not len(kept):
             return
         other = int(draw.choice(kept))
-        found, _, turned = self._places.of(other, self._items(places, {other, *ignored}), OF_MOVED)
-        sizes = np.array([boxes.layout.sizes[other], boxes.turned(other).size])
-        tops = found + sizes[np.array(turned, dtype=int)]
+        found, _ = self.places.of(other, places, OF_MOVED, ignored)
+        tops = found[:, :3] + boxes.sides[found[:, 3].astype(int), other]
         low, high = boxes.layout.lower[box], boxes.layout.upper[box]
         below = np.abs(tops[:, 1] - low[1]) <= TOLERANCE
-        below &= (np.minimum(tops, high) - np.maximum(found, low))[:, ::2].min(axis=1) > TOLERANCE
+        shared = np.minimum(tops, high) - np.maximum(found[:, :3], low)
+        below &= shared[:, ::2].min(axis=1) > TOLERANCE
         at = np.flatnonzero(below)
         if len(at):
-            k = int(at[min(int(draw.geometric(0.3)) - 1, len(at) - 1)])
-            places[other] = _place(found[k], turned[k])
+            places[other] = found[at[min(int(draw.geometric(0.3)) - 1, len(at) - 1)]]
 
-    def _push_aside(self, box: int, places: list[Place | None], ignored: set[int]) -> None:
+    def _push_aside(self, box: int, places: FloatArray, ignored: Collection[int]) -> None:
         """Put a box that is below or beside another one elsewhere, or take it out for now."""
         near = self._beside(box, places)
-        if not near:
+        if not len(near):
             return
         other = int(self._random.choice(near))
-        found, _, turned = self._places.of(other, self._items(places, {other, *ignored}), OF_MOVED)
+        found, _ = self.places.of(other, places, OF_MOVED, ignored)
         k = int(self._random.geometric(_NEAR)) - 1
-        places[other] = _place(found[k], turned[k]) if k < len(found) else None
+        places[other] = found[k] if k < len(found) else _OUT
 
-    def _beside(self, box: int, places: Sequence[Place | None]) -> list[int]:
+    def _beside(self, box: int, places: FloatArray) -> NDArray[np.int64]:
         """Kept boxes that touch the place of a box in the plan, or nearly."""
         low, high = self._boxes.layout.lower[box] - 1.0, self._boxes.layout.upper[box] + 1.0
-        found = []
-        for other, place in enumerate(places):
-            if other == box or place is None:
-                continue
-            size = self._boxes.item(other, place).size
-            corner = np.array(place.position)
-            if ((corner < high) & (corner + size > low)).all():
-                found.append(other)
-        return found
+        turns = places[:, 3].astype(int)
+        ends = places[:, :3] + self._boxes.sides[turns, np.arange(len(places))]
+        near = ((places[:, :3] < high) & (ends > low)).all(axis=1) & (places[:, 3] != LEFT_OUT)
+        near[box] = False
+        return np.flatnonzero(near)
 
-    def _best_place(
-        self, box: int, places: list[Place | None], stuck: Sequence[int]
-    ) -> Place | None:
-        """The nearest place at which a box stands and least others get stuck; None for none."""
+    def _moved(self, box: int, places: FloatArray, stuck: Sequence[int]) -> FloatArray:
+        """The places with a box at the nearest one at which it stands and least others get stuck;
+        left out where there is none.
+        """
         for ignored in ((), stuck) if len(stuck) > 1 else ((),):
-            best: tuple[int, Place] | None = None
+            best: tuple[int, FloatArray] | None = None
             for place in self._where_it_stands(box, places, ignored):
-                trial = [*places[:box], place, *places[box + 1 :]]
-                left = self._loading.load(trial, self._margins_of(trial)).stuck
+                trial = with_place(places, box, place)
+                left = self.loading.load(trial).stuck
                 if box in left:
                     continue
                 if best is None or len(left) < best[0]:
-                    best = len(left), place
+                    best = len(left), trial
                 if len(left) < max(len(stuck), 1):
                     break
             if best is not None and (ignored or best[0] <= len(stuck)):
                 return best[1]
-        return None
+        return with_place(places, box, _OUT)
 
     def _where_it_stands(
-        self, box: int, places: list[Place | None], ignored: Iterable[int]
-    ) -> list[Place]:
+        self, box: int, places: FloatArray, ignored: Collection[int]
+    ) -> list[FloatArray]:
         """The nearest places at which a box stands among the boxes that are loaded.
 
         Args:
@@ -266,48 +263,26 @@ class Search:
             places: by box.
             ignored: boxes that it may overlap, which have to be put elsewhere then.
         """
-        self._loading.load(places, self._margins_of(places))
-        margin = max(OF_MOVED, float(self.margins[box]))
-        others = self._items(places, {box, *ignored})
-        found, _, turned = self._places.of(box, others, margin)
-        kept: list[Place] = []
+        self._check_time()
+        self.loading.load(places)
+        margin = self._margin(box)
+        found, _ = self.places.of(box, places, margin, ignored)
         most = _TRIED_WITH_LIMITS if self._boxes.limited else _TRIED
-        first, end = 0, 0
-        while len(kept) < most and end < min(len(found), _LOOKED_AT):
-            self._check_time()
-            first, end = end, end + (_AT_ONCE if end else _AT_FIRST)
-            part = slice(first, end)
-            flags = np.array(turned[part])
-            stands = np.zeros(len(flags), dtype=bool)
-            for turn in np.unique(flags).tolist():
-                item = self._boxes.turned(box) if turn else self._boxes.layout.items[box]
-                own = flags == turn
-                stands[own] = self._loading.stands(
-                    box, item, np.ascontiguousarray(found[part][own]), margin
-                )
-            for k in np.flatnonzero(stands):
-                place = _place(found[first + k], bool(flags[k]))
-                if place != self._boxes.planned[box] and (box, place) not in self.refused:
-                    kept.append(place)
-        return kept[:most]
+        return self.loading.first_standing(box, found[:_LOOKED_AT], margin, most)
 
-    def _items(self, places: Sequence[Place | None], without: Collection[int]) -> list[Item]:
-        return [
-            self._boxes.item(box, place)
-            for box, place in enumerate(places)
-            if place is not None and box not in without
-        ]
-
-    def _margins_of(self, places: Sequence[Place | None]) -> FloatArray:
-        """Margins by box: a moved one has more than one at its place in the plan."""
-        moved = np.array([a != b for a, b in zip(places, self._boxes.planned, strict=True)])
-        found = np.where(moved, np.maximum(self.margins, OF_MOVED), self.margins)
-        for box, place in self.refused:
-            if places[box] == place:
-                found[box] = np.inf
-        return found
+    def _margin(self, box: int) -> float:
+        """Of a box that is moved [cm]."""
+        return max(OF_MOVED, float(self.loading.margins[box]))
 
 
-def _place(position: FloatArray, turned: bool) -> Place:
-    x, y, z = position.tolist()
-    return Place((x, y, z), turned)
+def left_out(places: FloatArray) -> list[int]:
+    """The boxes that are left out."""
+    found: list[int] = np.flatnonzero(places[:, 3] == LEFT_OUT).tolist()
+    return found
+
+
+def with_place(places: FloatArray, box: int, place: FloatArray) -> FloatArray:
+    """Places of boxes with another one of one of them."""
+    found = places.copy()
+    found[box] = place
+    return found

@@ -7,7 +7,8 @@ import numpy as np
 from steadyload.layouts.model.growing import numbered
 from steadyload.layouts.model.layout import TOLERANCE, LayoutError, replace_items
 from steadyload.methods.registry import make_method
-from steadyload.repairing.plan import Boxes, Place
+from steadyload.repairing.plan import LEFT_OUT, Boxes
+from steadyload.statics.kernels.loading import AS_PLANNED, TURNED
 
 
 def best_worth(layout, *, margin, grid, most_moved, most_left=0):
@@ -38,10 +39,11 @@ def best_worth(layout, *, margin, grid, most_moved, most_left=0):
 def _best_with(boxes, judge, gone, who, grid):
     best = None
     for places in product(*(_places(boxes, box, grid) for box in who)):
-        own = [None if b in gone else place for b, place in enumerate(boxes.planned)]
+        own = boxes.planned.copy()
+        own[sorted(gone)] = (0.0, 0.0, 0.0, LEFT_OUT)
         for box, place in zip(who, places, strict=True):
             own[box] = place
-        kept = [b for b in range(len(own)) if own[b] is not None]
+        kept = [b for b in range(len(own)) if b not in gone]
         worth = boxes.worth(own, kept)
         if best is not None and worth >= best:
             continue
@@ -58,16 +60,16 @@ def _places(boxes, box, grid):
     """Every other place of a box on the grid, at the height of a top or of the floor."""
     layout, found = boxes.layout, []
     heights = sorted({0.0, *layout.upper[:, 1].tolist()})
-    for turned in (False, True):
-        item = boxes.turned(box) if turned else layout.items[box]
-        if turned and item.size == layout.items[box].size:
+    for turn in (AS_PLANNED, TURNED):
+        item = boxes.item(box, (0.0, 0.0, 0.0, turn))
+        if turn == TURNED and item.size == layout.items[box].size:
             continue
         width, high, depth = item.size
         for x in np.arange(0.0, layout.pallet.width - width + TOLERANCE, grid):
             for z in np.arange(0.0, layout.pallet.depth - depth + TOLERANCE, grid):
                 for y in heights:
-                    place = Place((float(x), y, float(z)), turned)
-                    if y + high <= layout.pallet.height and place != boxes.planned[box]:
+                    place = (float(x), y, float(z), turn)
+                    if y + high <= layout.pallet.height and place != tuple(boxes.planned[box]):
                         found.append(place)
     return found
 
@@ -91,7 +93,8 @@ def _loadable(boxes, judge, places, turns):
             other = turns[m]
             shared = np.minimum(high[k], high[m]) - np.maximum(low[k], low[m])
             over = min(shared[0], shared[2]) > TOLERANCE and low[m, 1] >= high[k, 1] - TOLERANCE
-            planned = places[box] == boxes.planned[box] and places[other] == boxes.planned[other]
+            pair = [box, other]
+            planned = (places[pair] == boxes.planned[pair]).all()
             if over and not (planned and other < box):
                 return False
     numbers = tuple(numbered(item, k) for k, item in enumerate(items))

@@ -52,9 +52,7 @@ class GrowingLayout:
         self.pallet, self.name = pallet, name
         self.items: list[Item] = []
         self._supports: Supports | None = None
-        height = 0.0 if pallet.floor is FloorKind.INFINITE else pallet.deck_height
-        deck = (0.0, 0.0, pallet.width, pallet.depth, height)
-        self._keep(kernels.growing.first_arrays(*pallet.contour, deck))
+        self._keep(first_arrays(pallet))
 
     def __len__(self) -> int:
         return len(self.items)
@@ -256,6 +254,13 @@ class GrowingLayout:
         shared = np.minimum(self.upper, high) - np.maximum(self.lower, low)
         depth = shared.min(axis=1)
         return overlap_error(item, self.items[int(depth.argmax())], float(depth.max()))
+
+
+def first_arrays(pallet: Pallet) -> Arrays:
+    """The arrays of a load without items."""
+    height = 0.0 if pallet.floor is FloorKind.INFINITE else pallet.deck_height
+    deck = (0.0, 0.0, pallet.width, pallet.depth, height)
+    return kernels.growing.first_arrays(*pallet.contour, deck)
 
 
 def numbered(item: Item, sequence: int) -> Item:

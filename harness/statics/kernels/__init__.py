@@ -29,6 +29,7 @@ if TYPE_CHECKING:  # so that editors know what each holds
     from steadyload.statics.kernels import growing as growing
     from steadyload.statics.kernels import least_energy as least_energy
     from steadyload.statics.kernels import least_squares as least_squares
+    from steadyload.statics.kernels import loading as loading
     from steadyload.statics.kernels import local_balance as local_balance
     from steadyload.statics.kernels import motion as motion
     from steadyload.statics.kernels import pendulums as pendulums

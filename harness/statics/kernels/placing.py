@@ -96,24 +96,33 @@ def stand(kept: Any, rule: int, alpha: float, positions: Any, endings: Any, firs
     for k in range(first, len(positions)):
         for axis in range(3):
             grown.box[axis] = positions[k, axis]
-        ended, below, above = touching(grown)
+        ended = ending(grown, rule, alpha)
         if ended == FULL:
             return k
-        if ended == STANDS and rule == SUPPORTED:
-            ended, _ = _supported(grown, below, alpha)
-        elif ended == STANDS and rule == BALANCED and _is_near_its_edge(grown, alpha):
-            ended = FAILS
-        elif ended == STANDS:
-            join(grown, below, above)
-            if rule == BALANCED:
-                _draw_in_last(grown, alpha)
-            if rule == CARRIED:
-                ended = FAILS if _unsupported(grown) >= 0 else STANDS
-            else:
-                ended, _, _ = _balance(grown)
-            part(grown)
         endings[k] = ended
     return len(positions)
+
+
+@compiled
+def ending(grown: Growing, rule: int, alpha: float) -> int:
+    """How putting on the next item would end; see :func:`place`."""
+    ended, below, above = touching(grown)
+    if ended != STANDS:
+        return int(ended)
+    if rule == SUPPORTED:
+        ended, _ = _supported(grown, below, alpha)
+    elif rule == BALANCED and _is_near_its_edge(grown, alpha):
+        ended = FAILS
+    else:
+        join(grown, below, above)
+        if rule == BALANCED:
+            _draw_in_last(grown, alpha)
+        if rule == CARRIED:
+            ended = FAILS if _unsupported(grown) >= 0 else STANDS
+        else:
+            ended, _, _ = _balance(grown)
+        part(grown)
+    return int(ended)
 
 
 @compiled

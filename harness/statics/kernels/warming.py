@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from steadyload.statics.kernels import loading
 from steadyload.statics.kernels.balance import (
     balance_whole_group,
     first_unbalanced,
@@ -21,7 +22,7 @@ from steadyload.statics.kernels.base_support import (
 from steadyload.statics.kernels.cells import items_near
 from steadyload.statics.kernels.constants import FLOOR
 from steadyload.statics.kernels.contacts import contacts_of
-from steadyload.statics.kernels.free_places import boxes_over, free_places
+from steadyload.statics.kernels.free_places import free_places
 from steadyload.statics.kernels.growing import BOX, first_arrays, put, take_off
 from steadyload.statics.kernels.least_energy import Columns, Factors, solved
 from steadyload.statics.kernels.least_squares import nonnegative_least_squares
@@ -71,10 +72,12 @@ def warm_up() -> None:
     first_moved_of_many(*arrays, floors, starts, np.inf, *motion)
     nonnegative_least_squares(np.eye(2), np.ones(2))
     limits, half = np.array([0.0, 0.0, 0.0, 1.0, 3.0, 1.0, 0.0, 0.0, 1.0, 1.0]), np.full(3, 0.5)
+    ways = np.array([np.inf, -np.inf, np.inf])
     free_places(
-        lower.copy(), upper.copy(), middles, np.ones(3), half, half, 0.5, limits, np.array([2.0]), 4
-    )
-    boxes_over(lower, upper, half, half)
+        lower.copy(), upper.copy(), middles, np.ones(3), half, half, 0.5, limits, np.array([2.0]),
+        ways, 4,
+    )  # fmt: skip
+    _load_two(limits, ways)
     _place_two()
     _hold_one()
 
@@ -103,6 +106,24 @@ def _place_two() -> None:
     take_off(kept, 1)
     low, high = arrays.vectors[0], arrays.vectors[1]
     items_near(low, high, arrays.cells, 0, arrays.limits, low[0], high[0], 1.0)
+
+
+def _load_two(limits: Any, ways: Any) -> None:
+    """One box on another, and free places of it."""
+    arrays = first_arrays((0.0, 0.0, 0.0), (9.0, 9.0, 9.0), (0.0, 0.0, 9.0, 9.0, 1.0))
+    places, without = np.zeros((2, 4)), np.zeros(2, dtype=np.bool_)
+    places[1, 1] = 1.0
+    boxes = tuple(
+        loading.Boxes(np.ones((2, 2, 3)), np.zeros((2, 2, 3)), np.ones(2), places, np.ones(2))
+    )
+    kept, turns, refused = tuple(arrays), tuple(loading.no_turns(2)), np.empty((0, 5))
+    loading.begin(kept, boxes, turns, places, np.zeros(2), refused, 2)
+    loading.load(kept, boxes, turns, places, np.zeros(2), refused, True, True)
+    loading.said(turns, 0, 0, True, True)
+    found, _ = loading.places_among(boxes, places, without, 1, 0.5, limits, ways, 1, 4)
+    found_at = np.zeros(1, dtype=np.int64)
+    loading.first_standing(kept, boxes, 1, found, 0.5, refused, found_at)
+    loading.cost(boxes, places)
 
 
 def _fixed(values: Any) -> Any:

@@ -8,7 +8,8 @@ import numpy as np
 
 from steadyload.layouts.model.layout import TOLERANCE, FloatArray, Item, Layout, LayoutError, Pallet
 from steadyload.methods.session.session import LoadingSession
-from steadyload.repairing.plan import Boxes, Place
+from steadyload.repairing.plan import Boxes
+from steadyload.statics.kernels.loading import AS_PLANNED, TURNED
 
 METHOD = "equilibrium:margin=0.5"
 """Says where a box stands: balanced even if its supports were 0.5 cm narrower."""
@@ -52,18 +53,17 @@ def _is_placed(session: LoadingSession, item: Item) -> bool:
 
 def _is_placed_near(session: LoadingSession, boxes: Boxes, box: int) -> bool:
     """Whether a box was placed at the nearest place where it stands."""
-    planned = np.array(boxes.planned[box].position)
+    planned = boxes.planned[box, :3]
     found: list[tuple[float, Item]] = []
-    for turned in (False, True):
-        item = boxes.item(box, Place(boxes.planned[box].position, turned))
+    for turn in (AS_PLANNED, TURNED):
+        item = boxes.item(box, (*planned, turn))
         places = _places(session.items, item, session.pallet)
         far = np.abs(places - planned) @ _WEIGHTS
         nearest = np.argsort(far, kind="stable")[:_PLACES]
         stands = np.flatnonzero(session.feasible(item, places[nearest]))
         if len(stands):
             first = nearest[stands[0]]
-            x, y, z = places[first].tolist()
-            found.append((float(far[first]), boxes.item(box, Place((x, y, z), turned))))
+            found.append((float(far[first]), boxes.item(box, (*places[first], turn))))
     return bool(found) and _is_placed(session, min(found, key=lambda one: one[0])[1])
 
 
