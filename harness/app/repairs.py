@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from steadyload.app.check_defaults import GAPS_CM
 from steadyload.app.checking import Check, answer_on
@@ -151,14 +151,14 @@ def _repaired(layout: Layout, options: RepairOptions) -> Repair:
     boxes = Boxes(closed)
     found = ConfirmedSearch(
         boxes, allowed, options.shift_cm, options.seed,
-        lambda plan: _confirmation(options.judge(plan)), options.seconds,
+        lambda plan: _Confirmation.of(options.judge(plan)), options.seconds,
     ).run()  # fmt: skip
     if found.attempt is None:
         reason = _why_not(layout, found, allowed, options.seconds)
         return replace(same, outcome=Outcome.NOT_REPAIRED, reason=reason, stopped=found.stopped)
-    origins = found.attempt.order
+    assert found.confirmation is not None, "its plan was confirmed"
+    origins, after = found.attempt.order, found.confirmation.answer
     changed = changed_plan(boxes, found.attempt)
-    after = options.judge(changed)
     raised = None if closed is layout else _raised(layout, closed, changed, origins)
     if raised is not None and (again := options.judge(raised)).stands:
         changed, after = raised, again
@@ -188,17 +188,25 @@ def _kinds(allow: Collection[Kind | str]) -> frozenset[Kind]:
     return frozenset(map(Kind, allow))
 
 
-def _confirmation(answer: Check) -> Confirmation:
-    """A judge's answer on a changed plan, for the search."""
-    said, crushed = answer.verdict, answer.crushed
-    steps: list[int | None] = []
-    if crushed is not None:
-        steps += [crushed.step, crushed.item]
-    elif said is not None and said.failing_step is not None:
-        steps += [said.failing_step, said.item_at_fault]
-    elif answer.hovering and answer.gap is not None:
-        steps.append(answer.gap.item)
-    return Confirmation(answer.stands, tuple(sorted({step for step in steps if step is not None})))
+@dataclass(frozen=True)
+class _Confirmation(Confirmation):
+    """A judge's answer on a changed plan, for the search; ``answer``: that in full."""
+
+    answer: Check = field(kw_only=True)
+
+    @classmethod
+    def of(cls, answer: Check) -> _Confirmation:
+        """From the answer of a check."""
+        said, crushed = answer.verdict, answer.crushed
+        steps: list[int | None] = []
+        if crushed is not None:
+            steps += [crushed.step, crushed.item]
+        elif said is not None and said.failing_step is not None:
+            steps += [said.failing_step, said.item_at_fault]
+        elif answer.hovering and answer.gap is not None:
+            steps.append(answer.gap.item)
+        at_fault = tuple(sorted({step for step in steps if step is not None}))
+        return cls(answer.stands, at_fault, answer=answer)
 
 
 def _raised(
@@ -227,7 +235,9 @@ def _raised(
         return None
 
 
-def _why_not(layout: Layout, found: Found, allowed: Collection[Kind], seconds: float) -> str:
+def _why_not(
+    layout: Layout, found: Found[_Confirmation], allowed: Collection[Kind], seconds: float
+) -> str:
     """Why no plan was found, in a sentence."""
     words = ", ".join(kind for kind in Kind if kind in allowed)
     if found.nearest is None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from typing import Generic, TypeVar
 
 from steadyload.layouts.model.growing import numbered
 from steadyload.layouts.model.layout import Layout
@@ -16,8 +17,9 @@ from steadyload.time_limit import TimeLimit, TimeoutExpiredError
 MARGINS = (0.05, OF_MOVED, 1.0, 2.0, 4.0)
 """Margins of balance [cm]: a box at fault gets the next larger one."""
 
-_PATIENCE, _WITH_BOXES_LEFT = 50, 2000
-"""Tries without a better plan after which the search ends: where all boxes are kept, and else."""
+_PATIENCE, _WITH_BOXES_LEFT, _WITHOUT_A_PLAN = 50, 600, 10_000
+"""Tries without a better plan after which the search ends: where all boxes are kept, where some are
+left out, and where these have to be kept, so that there is no plan yet."""
 
 _OF_FEW = 2000
 """More of these, divided by the number of boxes: tries with few boxes take little time."""
@@ -53,12 +55,16 @@ class Confirmation:
     at_fault: tuple[int, ...] = ()
 
 
+Said = TypeVar("Said", bound=Confirmation)
+
+
 @dataclass(frozen=True)
-class Found:
+class Found(Generic[Said]):
     """Result of a search.
 
     Attributes:
         attempt: the nearest plan that was confirmed; None where none was.
+        confirmation: the judge's answer on it; likewise.
         nearest: the best plan that was not, where none was; None where none was searched.
         stopped: what ended the search.
         tried: plans that were searched.
@@ -66,6 +72,7 @@ class Found:
     """
 
     attempt: Attempt | None
+    confirmation: Said | None
     nearest: Attempt | None
     stopped: Stopped
     tried: int
@@ -81,7 +88,7 @@ def changed_plan(boxes: Boxes, attempt: Attempt) -> Layout:
     return Layout(boxes.layout.name, boxes.layout.pallet, tuple(items))
 
 
-class ConfirmedSearch:
+class ConfirmedSearch(Generic[Said]):
     """Searches, has the judge confirm what is better, and corrects what it does not confirm.
 
     Args:
@@ -99,7 +106,7 @@ class ConfirmedSearch:
         allowed: Collection[Kind],
         shift_cm: float,
         seed: int,
-        judge: Callable[[Layout], Confirmation],
+        judge: Callable[[Layout], Said],
         seconds: float,
     ) -> None:
         self._boxes, self._allowed, self._judge = boxes, allowed, judge
@@ -107,9 +114,10 @@ class ConfirmedSearch:
         self._limit = TimeLimit(seconds, "repair")  # after compiled code was loaded
         self._tried = self._judged = 0
         self._best: Attempt | None = None
+        self._said: Said | None = None
         self._base: Attempt | None = None
 
-    def run(self) -> Found:
+    def run(self) -> Found[Said]:
         """Search until nothing better is found, the time is up, or a user interrupts.
 
         Raises:
@@ -125,13 +133,15 @@ class ConfirmedSearch:
                 raise
             stopped = Stopped.INTERRUPTED
         nearest = self._base if self._best is None else None
-        return Found(self._best, nearest, stopped, self._tried, self._judged)
+        return Found(self._best, self._said, nearest, stopped, self._tried, self._judged)
 
     def _run(self) -> None:
         self._tried += 1
         first = self._search.complete(self._boxes.planned)
         assert first is not None, "a search without a bound gives up nothing"
         self._base = walker = self._corrected(first)
+        if not self._search.places.exist:
+            return
         stalled = 0
         while self._base.worth.moved + self._base.worth.left > 0 and stalled <= self._patience():
             stalled += 1
@@ -166,6 +176,8 @@ class ConfirmedSearch:
     def _patience(self) -> int:
         """Tries without a better plan after which the search ends."""
         assert self._base is not None, "the search has begun"
+        if self._lacks(self._base):
+            return _WITHOUT_A_PLAN
         least = _WITH_BOXES_LEFT if self._base.worth.left else _PATIENCE
         return least + _OF_FEW // len(self._boxes)
 
@@ -180,7 +192,7 @@ class ConfirmedSearch:
             self._judged += 1
             confirmation = self._judge(changed_plan(self._boxes, attempt))
             if confirmation.stands:
-                self._best = attempt
+                self._best, self._said = attempt, confirmation
                 break
             self._ask_for_more(attempt, confirmation)
             self._tried += 1

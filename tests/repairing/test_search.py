@@ -242,6 +242,30 @@ def test_the_same_seed_finds_the_same_plan(seed):
     assert (one.attempt.places == other.attempt.places).all()
 
 
+def test_where_no_box_may_be_elsewhere_each_plan_that_is_tried_is_judged():
+    plan = failing_plan(2, 10)
+    result = search(plan, {Kind.ORDER, Kind.LEAVE})
+    assert result.attempt.worth.left > 0
+    assert result.tried == result.judged
+
+
+def test_the_answer_on_the_plan_that_is_found_is_handed_on():
+    answers = []
+
+    def judge(changed):
+        answers.append((changed, balanced(changed)))
+        return answers[-1][1]
+
+    plan = failing_plan(11, 12)
+    result = search(plan, judge=judge)
+    changed = changed_plan(Boxes(plan), result.attempt)
+    assert [
+        said
+        for asked, said in answers
+        if said is result.confirmation and asked.items == changed.items
+    ]
+
+
 # --- parts ----------------------------------------------------------------------------------------
 
 

@@ -265,8 +265,8 @@ ASKED = {
     ),
     ChangeUnit: (
         ChangeUnit(ONE, "one pass without a search", "sme", 10.0, MADE),
-        {"question": "repair of a plan", "version": 3, "seed": 0, "overhang_cm": 0.0},
-        "472eeae74abdd244563a",
+        {"question": "repair of a plan", "version": 4, "seed": 0},
+        "7765c390fd01044ac00d",
     ),
     EngineUnit: (
         EngineUnit(ONE, "sme", MADE),

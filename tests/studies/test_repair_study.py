@@ -26,7 +26,7 @@ from steadyload.studies.repair.one_pass import one_pass
 from steadyload.studies.repair.packing_again import packed_again
 from steadyload.studies.repair.plans import Failing, failing_plans, try_all
 from steadyload.studies.repair.study import FILE, RepairStudy
-from steadyload.studies.repair.ways import ALLOWED_BY, Way, changed_by
+from steadyload.studies.repair.ways import ALLOWED_BY, Way, changed_by, in_its_bin
 
 JUDGE = "equilibrium"
 BIN = Pallet(30.0, 60.0, 20.0, overhang=0.0)
@@ -182,6 +182,22 @@ def test_what_is_packed_again_are_boxes_of_the_plan_with_their_bases_supported(f
         assert kinds([item]) == kinds([plan.items[step]])
     assert min(support_of(changed, step) for step in range(len(changed))) >= 0.75 - 1e-6
     assert min(support_of(plan, step) for step in range(len(plan))) < 0.75
+
+
+def test_boxes_stand_out_over_a_deck_no_further_than_in_the_plan(failing):
+    """Plans of software that lets boxes stand out over a pallet, among those that fail."""
+    plan = next(each.layout for each in failing if each.layout.name == "0615614.order-4")
+    bin_ = in_its_bin(plan)
+    assert bin_.items == plan.items
+    deck = (plan.pallet.width, plan.pallet.depth)
+    out = [*-plan.lower[:, ::2].min(axis=0), *(plan.upper[:, ::2].max(axis=0) - deck)]
+    assert max(out) > 0.0
+    assert bin_.pallet.overhang == pytest.approx(max(out))
+
+
+@pytest.mark.parametrize("place", [0, 40])
+def test_walls_stand_where_no_box_of_a_plan_stands_out(failing, place):
+    assert in_its_bin(failing[place].layout).pallet.overhang == 0.0
 
 
 def centre(item):

@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 
 from steadyload.layouts.benchmark.dataset import Benchmark
-from steadyload.layouts.benchmark.sizes import FEWER, FINE_SIZES, binned
+from steadyload.layouts.benchmark.sizes import FEWER, SIZES, binned
 from steadyload.reports.columns import column, decimal, general, percent, row, significant
 from steadyload.runs.labels import made_with
 from steadyload.statistics.estimate import NOTHING, Estimate
@@ -266,7 +266,7 @@ def _far(far: list[float], moved: list[int], lists: list[str]) -> Estimate:
 
 
 def _costs(tried: Sequence[Tried], sizes: Sequence[int]) -> Iterator[Cost]:
-    place, names = binned(sizes, (FEWER, *FINE_SIZES))
+    place, names = binned(sizes, (FEWER, *SIZES))
     bins = {ALL: list(tried)} | {
         name: [one for one, at in zip(tried, place, strict=True) if at == number]
         for number, name in names.items()

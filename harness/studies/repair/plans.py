@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from steadyload.app.check_defaults import default_method
 from steadyload.layouts.benchmark.dataset import Benchmark
+from steadyload.layouts.benchmark.sizes import MOST_SMALL
 from steadyload.layouts.benchmark.tables import BenchmarkError
 from steadyload.layouts.model.layout import Layout
 from steadyload.layouts.model.scenarios import Scenario
@@ -21,6 +22,9 @@ from steadyload.studies.repair.confirming import (
     label_units,
 )
 from steadyload.studies.repair.ways import Changed, ChangeUnit, Way, rests_on
+
+OF_LARGE = 3.0
+"""Times the CPU time that a search on a plan of more than :data:`.MOST_SMALL` boxes may take."""
 
 
 @dataclass(frozen=True)
@@ -108,7 +112,7 @@ def try_all(
     Args:
         lab: what was measured in its folder is not measured again.
         benchmark: a labelled set of real size.
-        seconds: CPU time that a search may take.
+        seconds: CPU time that a search may take; :data:`OF_LARGE` times it for a large plan.
         limit: plans at most, the smallest ones; None for all.
         reference: label the changed plans that have no label yet; else only those count that have.
 
@@ -127,8 +131,9 @@ def try_all(
     judges = [default_method(len(plan.layout)) for plan in failing]
     made = {(way, judge): rests_on(way, judge) for way in ways for judge in dict.fromkeys(judges)}
     asked = [
-        (plan, way, ChangeUnit(plan.layout, str(way), judge, seconds, made[way, judge]))
+        (plan, way, ChangeUnit(plan.layout, str(way), judge, limit_, made[way, judge]))
         for plan, judge in zip(failing, judges, strict=True)
+        for limit_ in [seconds * (OF_LARGE if len(plan.layout) > MOST_SMALL else 1.0)]
         for way in ways
     ]
     changed, made_with = lab.measure([unit for *_, unit in asked], Changed, folder="changed")

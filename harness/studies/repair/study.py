@@ -35,7 +35,9 @@ class RepairStudy(Study["Found"]):
         None, "repair only so many plans, the smallest (default: all)", least=1, metavar="N"
     )
     seconds: float = option(
-        10.0, "CPU seconds that a search may take (default: 10)", read=positive_number
+        10.0,
+        "CPU seconds that a search may take, three times as much above 61 boxes (default: 10)",
+        read=positive_number,
     )
 
     def run(self, lab: Lab) -> Found:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cache
 
-from steadyload.app.checking import check
+from steadyload.app.checking import answer_on
 from steadyload.app.repairs import ALLOWED, Outcome, repair
 from steadyload.engines.registry import package_versions
 from steadyload.layouts.model.layout import Item, Layout, Pallet
@@ -21,16 +21,11 @@ from steadyload.studies.kit import Asked
 from steadyload.studies.repair.one_pass import METHOD, one_pass
 from steadyload.studies.repair.packing_again import packed_again
 
-VERSION = 3
+VERSION = 4
 """Version of all ways: raised when one of them comes to other plans."""
 
 SEED = 0
 """Of random choices of the search."""
-
-
-OVERHANG_CM = 0.0
-"""How far boxes may stand out over the edges of the bin: a container has walls, and packers leave
-nothing out over a pallet."""
 
 
 class Way(StrEnum):
@@ -117,7 +112,6 @@ class ChangeUnit(
     question="repair of a plan",
     version=VERSION,
     seed=SEED,
-    overhang_cm=OVERHANG_CM,
 ):
     """A plan that is changed in a way.
 
@@ -142,9 +136,17 @@ class ChangeUnit(
     def measure(self) -> Changed:
         """Change the plan; what is compiled or imported first is not timed."""
         _warm_up(self.way, self.judge)
-        bin_ = replace(self.plan.pallet, overhang=OVERHANG_CM)
-        plan = Layout(self.plan.name, bin_, self.plan.items)
-        return changed_by(Way(self.way), plan, self.judge, self.limit)
+        return changed_by(Way(self.way), in_its_bin(self.plan), self.judge, self.limit)
+
+
+def in_its_bin(plan: Layout) -> Layout:
+    """A plan on a pallet over which boxes may stand out no further than they do: a container has
+    walls.
+    """
+    pallet = plan.pallet
+    before, behind = plan.lower[:, ::2].min(), plan.upper[:, ::2].max(axis=0)
+    overhang = max(0.0, -before, *(behind - (pallet.width, pallet.depth)))
+    return Layout(plan.name, replace(pallet, overhang=float(overhang)), plan.items)
 
 
 def rests_on(way: Way, judge: str) -> dict[str, str]:
@@ -167,8 +169,8 @@ def changed_by(way: Way, plan: Layout, judge: str, limit: float) -> Changed:
     begun = time.process_time()
     if way not in ALLOWED_BY:
         changed, origins = _OTHERS[way](plan)
-        after = check(changed, judge)
-        seconds, before = time.process_time() - begun, check(plan, judge)
+        after = answer_on(changed, judge)
+        seconds, before = time.process_time() - begun, answer_on(plan, judge)
         outcome = Outcome.REPAIRED if after.stands else Outcome.NOT_REPAIRED
         stopped = ""
     else:
