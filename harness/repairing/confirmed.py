@@ -17,7 +17,7 @@ from steadyload.time_limit import TimeLimit, TimeoutExpiredError
 MARGINS = (0.05, OF_MOVED, 1.0, 2.0, 4.0)
 """Margins of balance [cm]: a box at fault gets the next larger one."""
 
-_PATIENCE, _WITH_BOXES_LEFT, _WITHOUT_A_PLAN = 50, 600, 10_000
+_PATIENCE, _WITH_BOXES_LEFT, _WITHOUT_A_PLAN = 50, 1000, 10_000
 """Tries without a better plan after which the search ends: where all boxes are kept, where some are
 left out, and where these have to be kept, so that there is no plan yet."""
 
