@@ -33,7 +33,8 @@ MAX_HISTORY_BYTES = 8 * 1024**2
 """Bytes of a history of accelerations: an hour at 100 Hz."""
 
 MAX_STORED_BYTES = 64 * 1024**2
-"""Bytes of a stored file of JSON, of a search, packed or not, and of a page that is replaced."""
+"""Bytes of a stored file of JSON, of a search, packed or not, of a page that is replaced, and of
+recorded motion."""
 
 MAX_STORED_VALUES = 4_000_000
 """Values of a stored file of JSON."""

@@ -28,6 +28,7 @@ _LIBRARIES = {
     "learners",
     "transport",
     "repairing",
+    "measured",
     *_RUNS,
 }
 
@@ -56,6 +57,7 @@ ALLOWED = {
     "gym": {"gym", *_METHODS},
     "transport": {"transport", *_METHODS},
     "repairing": {"repairing", *_METHODS},
+    "measured": {"measured", "transport", *_METHODS},
     "labelling": {"labelling", *_RUNS},
     "tuning": {"tuning", *_RUNS},
     "properties": {"properties", *_RUNS},

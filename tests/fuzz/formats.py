@@ -37,6 +37,7 @@ from steadyload.learners.plans.plan_file import load_plan
 from steadyload.learners.ranges import QUANTITIES
 from steadyload.learners.tensors import tensor_shapes
 from steadyload.learners.weights import load_weights
+from steadyload.measured.motion_files import read_motion, write_motion
 from steadyload.methods.cascade.thresholds import FILE as THRESHOLDS
 from steadyload.methods.cascade.thresholds import load_thresholds
 from steadyload.methods.contract.method import judge
@@ -116,6 +117,16 @@ rotation = 5
 displacement = 2
 """
 
+MOTION = b"""\
+trial,time,x,y,z,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz,size_x,size_y,size_z,mass,friction
+a,0,0,0,0.5,1,0,0,0,0.1,0,0,0,0,0.2,0.1,0.1,0.1,0.5,0.3
+a,0.1,0.01,0,0.45,0.9999,0,0,0.01,0.1,0,-1,0,0,0.2,0.1,0.1,0.1,0.5,0.3
+a,0.2,0.02,0,0.3,0.9998,0,0,0.02,0.1,0,-2,0,0,0.2,0.1,0.1,0.1,0.5,0.3
+b,0,0,0,0.05,1,0,0,0,,,,,,,,,,,
+b,0.1,0,0,0.05,1,0,0,0,,,,,,,,,,,
+b,0.2,0,0,0.05,1,0,0,0,,,,,,,,,,,
+"""
+
 HISTORY = b"time_s,acceleration_g\n0,0\n0.1,0.5\n0.4,0.5\n"
 
 _PLAN = Path(str(resources.files("steadyload.learners.plans") / "plan.toml"))
@@ -189,6 +200,14 @@ def read_layout_file(path):
     for entry in scan_layouts(path):
         refused = entry.error if isinstance(entry, Refused) else refused
     return refused
+
+
+@cache
+def _motion_table():
+    with tempfile.TemporaryDirectory() as made:
+        target = Path(made) / "motion.parquet"
+        write_motion(target, read_motion(written(Path(made) / "motion.csv", MOTION)))
+        return target.read_bytes()
 
 
 def read_study(path):
@@ -409,6 +428,7 @@ def _files():
         (CONFIG, lambda path: nothing(read_config(path, Configured))),
         (RULE, read_rule),
         (HISTORY, lambda path: nothing(recorded(path))),
+        (MOTION, lambda path: nothing(read_motion(path))),
         (_PLAN.read_bytes(), lambda path: nothing(load_plan(path))),
         (THRESHOLDS.read_bytes(), lambda path: nothing(load_thresholds("mujoco", path))),
         (stored.front(), stored.read_front),
@@ -451,6 +471,12 @@ FORMATS = {
         lambda: [RULE], read_rule, place=lambda folder, rule: written(folder / "rule.toml", rule)
     ),
     "history": Format(lambda: [HISTORY], lambda path: nothing(recorded(path))),
+    "motion": Format(
+        lambda: [MOTION, MOTION.replace(b",", b";")], lambda path: nothing(read_motion(path))
+    ),
+    "motion-table": Format(
+        lambda: [_motion_table()], lambda path: nothing(read_motion(path)), parquet.mutated_table
+    ),
     "plan": Format(lambda: [_PLAN.read_bytes()], lambda path: nothing(load_plan(path))),
     "shard": Format(
         lambda: [_shard()],
@@ -524,8 +550,8 @@ FORMATS = {
 """Formats by name."""
 
 COSTLY = (
-    "shard", "run-manifest", "labelled-tables", "labelled-manifest", "plan", "archive", "sparse",
-    "device", "repaired",
+    "motion-table", "shard", "run-manifest", "labelled-tables", "labelled-manifest", "plan",
+    "archive", "sparse", "device", "repaired",
 )  # fmt: skip
 """Those of which an input takes milliseconds."""
 
