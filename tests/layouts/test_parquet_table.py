@@ -50,6 +50,15 @@ def test_other_tables_are_read_whole():
     assert table_of(content_of(**columns)).to_pydict() == columns
 
 
+@pytest.mark.parametrize("place", [0, 1])
+def test_a_column_of_texts_that_the_file_names_in_two_ways_is_refused(place):
+    before = content_of(names=["a", "b"]).split(b"names")
+    names = [b"names", b"names"]
+    names[place] = b"nymes"
+    with pytest.raises(ValueError, match="a column of texts has two names"):
+        table_of(before[0] + names[0] + before[1] + names[1] + before[2])
+
+
 def test_a_labelled_table_and_a_shard_that_are_too_large_are_named(tmp_path, monkeypatch):
     schema = pa.schema([pa.field("a", pa.string())])
     (tmp_path / "table.parquet").write_bytes(TEXTS)

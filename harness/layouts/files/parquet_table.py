@@ -46,7 +46,10 @@ def table_of(
     texts = sorted({c.path_in_schema for c in chunks if c.physical_type == "BYTE_ARRAY"})
     if texts:
         # Every text is held once here, however often it stands in a column.
-        file = pq.ParquetFile(pa.BufferReader(content), read_dictionary=texts)
+        try:
+            file = pq.ParquetFile(pa.BufferReader(content), read_dictionary=texts)
+        except KeyError:
+            raise ValueError("a column of texts has two names") from None
         kept = file.read(columns=texts, use_threads=False)
         _hold(sum(_length(chunk) for column in kept.columns for chunk in column.chunks))
     return pq.read_table(pa.BufferReader(content), schema=schema, columns=columns)
