@@ -30,7 +30,7 @@ MAX_KEY_PARTS = 32
 """Parts of a dotted key of a TOML file: what its parser takes grows with their square."""
 
 MAX_HISTORY_BYTES = 8 * 1024**2
-"""Bytes of a history of accelerations: an hour at 100 Hz."""
+"""Bytes of a history of accelerations, an hour at 100 Hz, and of a table of field tests."""
 
 MAX_STORED_BYTES = 64 * 1024**2
 """Bytes of a stored file of JSON, of a search, packed or not, of a page that is replaced, and of

@@ -76,6 +76,8 @@ _OWN: Mapping[Group, tuple[tuple[str, str, str], ...]] = {
     ),
     Group.COMPARE: (
         ("study run", "study:Run", "judge the layouts of a study file of your own, or go on"),
+        ("reality field", "reality:Field",
+         "compare methods with tests of real stacks: placed, tilted, accelerated"),
     ),
     Group.BUILD: (
         ("tune", "tune:Tune",
@@ -119,6 +121,7 @@ TOPICS: Mapping[str, tuple[str, Group]] = {
         "a study of your own, or one of the package: what methods and engines get right, and cost",
         Group.COMPARE,
     ),
+    "reality": ("methods compared with what was measured of real loads", Group.COMPARE),
     "cascade": ("fit the thresholds of cascades", Group.BUILD),
     "benchmark": ("the labelled set: look, export, import", Group.BUILD),
     "pages": ("list, remake and index the published pages", Group.REMAKE),

@@ -37,6 +37,7 @@ from steadyload.learners.plans.plan_file import load_plan
 from steadyload.learners.ranges import QUANTITIES
 from steadyload.learners.tensors import tensor_shapes
 from steadyload.learners.weights import load_weights
+from steadyload.measured.field_files import read_field_tests
 from steadyload.measured.motion_files import read_motion, write_motion
 from steadyload.methods.cascade.thresholds import FILE as THRESHOLDS
 from steadyload.methods.cascade.thresholds import load_thresholds
@@ -127,6 +128,15 @@ b,0.1,0,0,0.05,1,0,0,0,,,,,,,,,,,
 b,0.2,0,0,0.05,1,0,0,0,,,,,,,,,,,
 """
 
+FIELD = b"""\
+# invented
+test,plan,layout,done,towards,tilt_deg,acceleration_g,moved_box,moved_at_box,moved_at_deg,moved_at_g,note
+1,plan.csv,A,placed,,,,box 0,box 3,,,leaned
+2,plan.csv,A,tilted,front,20,,step 2,,19.5,,
+3,plan.csv,"B, two",accelerated,45,,0.5,,,,,held
+4,plan.csv,A,accelerated,back,,0.5,?,,,0.3,
+"""
+
 HISTORY = b"time_s,acceleration_g\n0,0\n0.1,0.5\n0.4,0.5\n"
 
 _PLAN = Path(str(resources.files("steadyload.learners.plans") / "plan.toml"))
@@ -208,6 +218,12 @@ def _motion_table():
         target = Path(made) / "motion.parquet"
         write_motion(target, read_motion(written(Path(made) / "motion.csv", MOTION)))
         return target.read_bytes()
+
+
+def _placed_field(folder, content):
+    """A table of tests beside its plan."""
+    written(folder / "field" / "plan.csv", as_csv(layouts()).encode())
+    return written(folder / "field" / "tests.csv", content)
 
 
 def read_study(path):
@@ -476,6 +492,11 @@ FORMATS = {
     ),
     "motion-table": Format(
         lambda: [_motion_table()], lambda path: nothing(read_motion(path)), parquet.mutated_table
+    ),
+    "field-tests": Format(
+        lambda: [FIELD, FIELD.replace(b'"B, two"', b"B, two").replace(b",", b";")
+                 .replace(b"B; two", b"B, two")],
+        lambda path: nothing(read_field_tests(path)), place=_placed_field,
     ),
     "plan": Format(lambda: [_PLAN.read_bytes()], lambda path: nothing(load_plan(path))),
     "shard": Format(
