@@ -44,8 +44,8 @@ KNOWN = (
 )  # fmt: skip
 """All columns, in the order in which they are written."""
 
-MAX_TRIALS = 100_000
-"""Trials of a file."""
+MAX_TRIALS, MAX_FRAMES = 100_000, 1_000_000
+"""Trials of a file, and frames of all of them: nearly two hours at 148 Hz."""
 
 _PARQUET = b"PAR1"
 
@@ -137,6 +137,11 @@ def _places(
     }
 
 
+def _check_frames(count: int) -> None:
+    if count > MAX_FRAMES:
+        raise MotionError(f"holds more than {MAX_FRAMES:,} frames; allowed: up to so many")
+
+
 def _of_csv(
     content: bytes, named: Mapping[str, str], ignored: Collection[str]
 ) -> tuple[list[str], dict[str, Given]]:
@@ -149,6 +154,7 @@ def _of_csv(
     given = {name: bytearray() for name in found}
     for line, row in opened.rows:
         names.append(unguarded(row[own].strip()))
+        _check_frames(len(names))
         if not names[-1]:
             raise MotionError(f"line {line} names no trial; allowed: its name in every row")
         for name, place in found.items():
@@ -176,6 +182,7 @@ def _of_parquet(
             f"is no Parquet file that can be read ({printable(str(error), 200)}); allowed: one, or "
             "CSV"
         ) from None
+    _check_frames(table.num_rows)
     found = _places(table.column_names, named, ignored)
     trials = table.column(found.pop("trial"))
     if pa.types.is_dictionary(trials.type):

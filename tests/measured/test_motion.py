@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from motions import CUBE, free_flight, resting, turned
 
 from steadyload.errors import UserError
+from steadyload.measured import motion_files
 from steadyload.measured.bodies import Body
 from steadyload.measured.derived import spins, velocities
 from steadyload.measured.errors import MotionError
@@ -244,6 +245,16 @@ def test_a_parquet_file_is_checked_likewise(tmp_path, columns, message):
     path = tmp_path / "motion.parquet"
     pq.write_table(table(**columns), path)
     assert refusal(path).startswith(message)
+
+
+@pytest.mark.parametrize("ending", ["csv", "parquet"])
+def test_a_file_of_too_many_frames_or_trials_is_refused(tmp_path, monkeypatch, ending):
+    path = tmp_path / f"motion.{ending}"
+    write_motion(path, [resting(), free_flight()])
+    monkeypatch.setattr(motion_files, "MAX_TRIALS", 1)
+    assert refusal(path) == "holds 2 trials; allowed: up to 1"
+    monkeypatch.setattr(motion_files, "MAX_FRAMES", 30)
+    assert refusal(path) == "holds more than 30 frames; allowed: up to so many"
 
 
 def test_a_parquet_file_that_is_cut_off_is_refused(tmp_path):
