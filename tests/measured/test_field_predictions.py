@@ -99,7 +99,7 @@ def test_the_box_that_moves_is_compared_where_both_are_known():
     assert [one.same_box for one in found] == [True, None, None, None]  # b/h has no box
 
 
-def test_a_simulation_predicts_a_tilt(request):
+def test_a_simulation_predicts_a_tilt():
     [found] = predictions([tilted(TALL, 0.0, 20.0, 17.0)], ["label@mujoco"], deck_friction=None)
     assert found.limit_deg == pytest.approx(TIP, abs=1.0)
     assert found.agrees

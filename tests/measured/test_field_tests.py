@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from steadyload.layouts.files.dialect import Dialect
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.model.layout import Item, Layout, Pallet
+from steadyload.measured import field_files
 from steadyload.measured.errors import FieldTestError
 from steadyload.measured.field_files import COLUMNS, KNOWN, read_field_tests, write_field_tests
 from steadyload.measured.field_tests import Done, FieldTest
@@ -142,6 +143,11 @@ def test_three_kinds_of_tests_are_read(folder):
 )  # fmt: skip
 def test_a_test_that_is_not_allowed_is_refused_by_its_name(folder, row, message):
     assert refusal(table(folder, row)).startswith(message)
+
+
+def test_a_table_of_too_many_tests_is_refused(folder, monkeypatch):
+    monkeypatch.setattr(field_files, "MAX_TESTS", 1)
+    assert "has more than 1 tests; allowed" in refusal(table(folder, PLACED, TILTED))
 
 
 def test_a_table_that_is_none_is_refused(folder):

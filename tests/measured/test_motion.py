@@ -58,6 +58,7 @@ def changed(place, cells):
         (0, {5: "-inf"}, "trial 'a', frame 0: qw is -inf; allowed"),
         (1, {3: "north"}, "line 3: y is 'north'; allowed: a number"),
         (1, {3: ""}, "trial 'a', frame 1: y is missing; allowed: a number"),
+        (1, {1: ""}, "trial 'a', frame 1: time is missing; allowed: a number"),
         (2, {1: "0.1"}, "trial 'a', frame 2: time 0.1 stands there twice; allowed: times that ris"),
         (2, {1: "0.05"}, "trial 'a', frame 2: time 0.05 follows 0.1; allowed: times that rise [s]"),
         (1, {5: "0.9"}, "trial 'a', frame 1: its quaternion has the length 0.9; allowed: 1, to"),
@@ -247,6 +248,11 @@ def test_a_parquet_file_is_checked_likewise(tmp_path, columns, message):
     assert refusal(path).startswith(message)
 
 
+def test_a_trial_without_positions_is_refused(tmp_path):
+    rows = [row.replace(",0,0,1,1", ",,,,1") for row in ROWS]
+    assert refusal(file_of(tmp_path, rows=rows)).startswith("trial 'a', frame 0: x is missing")
+
+
 @pytest.mark.parametrize("ending", ["csv", "parquet"])
 def test_a_file_of_too_many_frames_or_trials_is_refused(tmp_path, monkeypatch, ending):
     path = tmp_path / f"motion.{ending}"
@@ -306,7 +312,7 @@ NAMES = st.text(st.characters(categories=["L", "N", "P", "S"]), min_size=1, max_
 @st.composite
 def trials(draw):
     count = draw(st.integers(3, 6))
-    steps = draw(st.lists(st.floats(0.2, 3.0), min_size=count, max_size=count))
+    steps = draw(st.lists(st.floats(0.5, 3.0), min_size=count, max_size=count))
     times = draw(NUMBERS) + np.cumsum(steps)
     places = draw(st.lists(st.tuples(NUMBERS, NUMBERS, NUMBERS), min_size=count, max_size=count))
     axis = draw(st.tuples(*[st.floats(0.1, 1.0)] * 3))
