@@ -10,9 +10,14 @@ import numpy as np
 
 from steadyload.engines.world import EngineError
 from steadyload.properties import closed_forms as runs
-from steadyload.properties import mechanics
+from steadyload.properties import mechanics, rocking
 
 BLOCK_COUNTS = (2, 3, 4, 5, 6, 7, 8)
+
+ROCKING_SHARES = (0.2, 0.5, 0.8)
+
+PULSES = (0.2, 0.5)
+"""Durations of half sines of ground acceleration [s]."""
 
 MASS_RATIOS = (1e1, 1e2, 1e3, 1e4, 1e5)
 
@@ -80,7 +85,7 @@ class ClosedFormResult:
 
 def closed_form_tests() -> list[ClosedFormTest]:
     """All tests, in the order of the page."""
-    return list(_tests())
+    return [*_tests(), *rocking_tests()]
 
 
 def result_of(test: ClosedFormTest, stage: runs.Stage, frequency: int | None) -> ClosedFormResult:
@@ -243,3 +248,61 @@ def _tests() -> tuple[ClosedFormTest, ...]:
         for ratio in MASS_RATIOS
     )
     return (*single, *stacks, *loads)
+
+
+@cache
+def rocking_tests() -> tuple[ClosedFormTest, ...]:
+    """Those of a block that rocks, which the study measures where it is asked to."""
+    return (
+        *(
+            ClosedFormTest(
+                f"rocking from {share:g} alpha",
+                "Period of free rocking",
+                "Time in which a block of 10 x 10 x 40 cm, released at rest on an edge at the "
+                "given share of the angle alpha at which it stands over it, falls back to its "
+                "base, a quarter of a period, at friction 1: by a'' = -p^2 sin(alpha - a), p^2 = "
+                "3 g / (4 R); for a slender block acosh(1 / (1 - share)) / p (Housner 1963).",
+                rocking.time_to_impact(runs.ROCKING, share),
+                unit="s",
+                relative=True,
+                resolution=1e-3,
+                argument=share,
+                argument_name="amplitude over alpha",
+                when_soft=_COMPLIANT,
+                measure=partial(runs.time_to_impact, share=share),
+            )
+            for share in ROCKING_SHARES
+        ),
+        ClosedFormTest(
+            "energy after rocking impact",
+            "Energy after an impact of rocking",
+            "Share of the energy that the first impact leaves to that block, released at alpha / "
+            "2, by the angle of its next turning point: (1 - 3/2 sin^2 alpha)^2 of Housner (1963), "
+            "who keeps the angular momentum about the edge that is struck.",
+            rocking.energy_after_impact(runs.ROCKING),
+            unit="",
+            relative=True,
+            resolution=1e-3,
+            when_soft=_COMPLIANT,
+            measure=runs.energy_after_impact,
+        ),
+        *(
+            ClosedFormTest(
+                f"overturning by a pulse of {seconds:g} s",
+                "Overturning by a pulse of the ground",
+                "The least peak of a half sine of horizontal acceleration of the ground, over g "
+                "tan(alpha), that overturns that block at rest, by bisection to 2e-4: by its "
+                "equation of motion from the moment it lifts off, as Shi et al. (1996) corrected "
+                "Housner (1963).",
+                rocking.overturning_pulse(runs.ROCKING, seconds),
+                unit="",
+                relative=True,
+                resolution=1e-2,
+                argument=seconds,
+                argument_name="duration in s",
+                when_soft=_COMPLIANT,
+                measure=partial(runs.overturning_pulse, seconds=seconds),
+            )
+            for seconds in PULSES
+        ),
+    )

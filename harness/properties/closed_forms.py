@@ -26,7 +26,7 @@ from steadyload.engines.world import (
     WorldSettings,
 )
 from steadyload.methods.contract.method import Stopwatch
-from steadyload.properties import mechanics
+from steadyload.properties import mechanics, rocking
 
 VERSION = 1
 """Version of the measurements and closed forms: raised when a result or a form changes."""
@@ -48,6 +48,15 @@ TIP_SECONDS = 3.0
 
 STACK_SECONDS = 2.0
 """Time in which eight blocks scaled by 1.00001 fall: every mode of tipping grows by e in 0.2 s."""
+
+ROCKING = rocking.Block(0.1, 0.4)
+_ROUGH = 1.0
+"""Friction at which a rocking block does not slip."""
+
+_ROCKING_SECONDS = 1.6
+_OVERTURN_SECONDS = 3.0
+_OVERTURNED = 60.0
+"""Angle of a block that does not come back [degrees]."""
 
 _GLANCE = 0.1
 """Interval at which it is checked whether a box has turned over [s]."""
@@ -234,6 +243,84 @@ def overhang(stage: Stage, count: int, *, width: float = 1e-4, resolution: float
         return stage.turns(boxes, WorldSettings(), STACK_SECONDS)
 
     return boundary(falls, 1.0, width, resolution, (0.3, 1.5))
+
+
+def time_to_impact(stage: Stage, share: float) -> float:
+    """Time from release at a share of alpha to the first impact [s]: a quarter of a period."""
+    times, found = _rocking(stage, share)
+    start = found[0]
+    falling = int(np.argmax(found < 0.05 * start))
+    if falling < 3:
+        raise NoValueError("not back on its base")
+    # What is left of the way is short, and lies on a cubic through the samples before it.
+    last = slice(falling - 3, falling + 1)
+    return float(CubicSpline(found[last][::-1], times[last][::-1])(0.0))
+
+
+def energy_after_impact(stage: Stage) -> float:
+    """Share of the energy that the first impact leaves, by the angle of the next turning point."""
+    _, found = _rocking(stage, 0.5)
+    top = int(found.argmin())
+    if found[top] > -1e-3 * found[0]:
+        return 0.0
+    if top == len(found) - 1:
+        raise NoValueError("it does not turn back")
+    before, at, after = found[top - 1 : top + 2]
+    bend = before - 2.0 * at + after
+    highest = at - (0.125 * (after - before) ** 2 / bend if bend > 0.0 else 0.0)
+    left, given = (rocking.energy_at(ROCKING, float(a)) for a in (highest, found[0]))
+    return left / given
+
+
+def overturning_pulse(stage: Stage, seconds: float) -> float:
+    """The least peak of a half sine of ground acceleration that overturns, over g tan(alpha)."""
+    _require(stage, "changing_gravity", "gravity does not change")
+    substeps, still = round(seconds * stage.frequency), (0.0, 0.0, -GRAVITY)
+    block = Box(_block_size(), 2.0, (0.0, 0.0, 0.5 * ROCKING.height))
+
+    def overturns(peak: float) -> bool:
+        with stage.scene([block], WorldSettings(friction=_ROUGH)) as world:
+            for k in range(substeps):
+                height = peak * ROCKING.overturning * math.sin(math.pi * (k + 0.5) / substeps)
+                world.set_gravity((height, 0.0, -GRAVITY))
+                stage.run(world, 1.0 / stage.frequency)
+            world.set_gravity(still)
+            for _ in range(round(_OVERTURN_SECONDS / _GLANCE)):
+                if total_angles(stage.run(world, _GLANCE)).max() >= _OVERTURNED:
+                    return True
+        return False
+
+    guess = rocking.overturning_pulse(ROCKING, seconds)
+    return boundary(overturns, guess, 2e-3, 2e-4, (1.0, 10.0))
+
+
+def _rocking(stage: Stage, share: float) -> tuple[FloatArray, FloatArray]:
+    """Times [s] and angles [rad] of a block that is released at a share of alpha on an edge."""
+    _require(stage, "in_flight", "boxes start upright")
+    angle = share * ROCKING.slenderness
+    half = 0.5 * angle
+    attitude = (math.cos(half), 0.0, math.sin(half), 0.0)
+    # Its middle from the edge along +x, turned about it.
+    x, z = -0.5 * ROCKING.width, 0.5 * ROCKING.height
+    sine, cosine = math.sin(angle), math.cos(angle)
+    centre = (x * cosine + z * sine, 0.0, z * cosine - x * sine)
+    block = Box(_block_size(), 2.0, centre, attitude=attitude)
+    times, found = [0.0], [angle]
+    with stage.scene([block], WorldSettings(friction=_ROUGH)) as world:
+        for time, poses in stage.samples(world, _ROCKING_SECONDS):
+            w, _, y, _ = poses.quaternions[0].tolist()
+            times.append(time)
+            found.append(2.0 * math.atan2(math.copysign(1.0, w) * y, abs(w)))
+    return np.array(times), np.array(found)
+
+
+def _block_size() -> tuple[float, float, float]:
+    return (ROCKING.width, SIDE, ROCKING.height)
+
+
+def _require(stage: Stage, capability: str, lacking: str) -> None:
+    if getattr(stage.facts, capability).support is Support.IGNORED:
+        raise NoValueError(f"{UNDEFINED}: {lacking}")
 
 
 def sink(stage: Stage, ratio: float) -> float:
