@@ -12,6 +12,7 @@ from steadyload.layouts.model.layout import Layout
 from steadyload.repairing.plan import Boxes, Kind, Worth
 from steadyload.repairing.search import Attempt, Search
 from steadyload.statics.kernels.loading import OF_MOVED
+from steadyload.statics.kernels.warming import warm_up_searches
 from steadyload.time_limit import TimeLimit, TimeoutExpiredError
 
 MARGINS = (0.05, OF_MOVED, 1.0, 2.0, 4.0)
@@ -111,7 +112,8 @@ class ConfirmedSearch(Generic[Said]):
     ) -> None:
         self._boxes, self._allowed, self._judge = boxes, allowed, judge
         self._search = Search(boxes, allowed, shift_cm, seed, lambda: self._limit.check())
-        self._limit = TimeLimit(seconds, "repair")  # after compiled code was loaded
+        warm_up_searches()  # else the time would be up before the first try, where it is not kept
+        self._limit = TimeLimit(seconds, "repair")
         self._tried = self._judged = 0
         self._best: Attempt | None = None
         self._said: Said | None = None

@@ -47,7 +47,6 @@ def warm_up() -> None:
     floor = _fixed([-np.inf, -np.inf, np.inf, np.inf, 0.0])
     floors, starts = _fixed(floor[None]), np.array([0, 2], dtype=np.int64)
     starts.setflags(write=False)
-    contacts_of(lower, upper, floor)
     covered(0.0, 0.0, 1.0, 1.0, np.zeros((1, 6))[:, 2:])
     first_with_little_support(lower, upper, floor, 1.0)
     first_with_little_support_of_many(lower, upper, floors, starts, 1.0)
@@ -71,15 +70,21 @@ def warm_up() -> None:
     first_moved_of(*arrays, floor, np.inf, *motion)
     first_moved_of_many(*arrays, floors, starts, np.inf, *motion)
     nonnegative_least_squares(np.eye(2), np.ones(2))
+    _hold_one()
+    warm_up_searches()
+
+
+def warm_up_searches() -> None:
+    """Compile what a search for another plan calls, or load the compiled code."""
     limits, half = np.array([0.0, 0.0, 0.0, 1.0, 3.0, 1.0, 0.0, 0.0, 1.0, 1.0]), np.full(3, 0.5)
-    ways = np.array([np.inf, -np.inf, np.inf])
+    ways, lower = np.array([np.inf, -np.inf, np.inf]), np.zeros((2, 3))
+    contacts_of(_fixed(lower), _fixed(lower + 1.0), _fixed([-np.inf, -np.inf, np.inf, np.inf, 0.0]))
     free_places(
-        lower.copy(), upper.copy(), middles, np.ones(3), half, half, 0.5, limits, np.array([2.0]),
+        lower, lower + 1.0, lower + 0.5, np.ones(3), half, half, 0.5, limits, np.array([2.0]),
         ways, 4,
     )  # fmt: skip
     _load_two(limits, ways)
     _place_two()
-    _hold_one()
 
 
 def _hold_one() -> None:
