@@ -14,6 +14,8 @@ from steadyload.cli.flags import UsageError
 from steadyload.cli.method_question import say_question
 from steadyload.cli.reading import Files
 from steadyload.cli.terminal import (
+    NAME,
+    ROW,
     csv_text,
     file_names,
     kept_status,
@@ -34,9 +36,8 @@ if TYPE_CHECKING:
 STANDS, FAILS, BAD_INPUT, NOT_JUDGED = 0, 1, 2, 3
 """Exit statuses; of several the worse one: bad input, then a load that fails."""
 
-_ROW, _NAME, _RULE = 80, 20, 10
-"""Widths in characters, escapes included: of a row at most, of a name where sentences are long, and
-of the column of a rule."""
+_RULE = 10
+"""Characters of the column of a rule, escapes included."""
 
 _ACCURACY = (
     "Accuracy: of the method on labelled cases of about so many boxes, the same for all such "
@@ -230,10 +231,10 @@ def _header(found: Sequence[Checked], transport: bool) -> tuple[str, ...]:
 def _widths(found: Sequence[Checked], transport: bool) -> tuple[int, int]:
     """Of names and of sentences: all that a row has, if they need it."""
     files = max((len(name) + 2 for name in file_names([one.file for one in found])), default=0)
-    left = _ROW - len("  boxes  accuracy  ") - (_RULE + 2) * transport - files
+    left = ROW - len("  boxes  accuracy  ") - (_RULE + 2) * transport - files
     longest = max((len(printable(one.layout)) for one in found), default=0)
     sentences = max((len(printable(one.sentence)) for one in found), default=0)
-    name = min(longest, max(_NAME, left - sentences))
+    name = min(longest, max(NAME, left - sentences))
     return name, left - max(name, len("pallet"))
 
 
@@ -271,5 +272,5 @@ def _counts(found: Sequence[Checked]) -> str:
     road = ""
     if roads:
         holding = sum(one.held is True for one in roads)
-        road = f"; {holding} hold {printable(roads[0].rule, _NAME)} ({roads[0].method})"
+        road = f"; {holding} hold {printable(roads[0].rule, NAME)} ({roads[0].method})"
     return f"{pallets}: {', '.join(told)}{method}{road}"

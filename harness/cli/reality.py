@@ -59,7 +59,7 @@ class Field(ReadingFlags):
     json: bool = option(False, "print one JSON array of records, units in the names")
 
     def run(self) -> int:
-        """Compare, print a row a test and method, and how often each method agrees."""
+        """Compare, print one row for each test and method, and how often each method agrees."""
         from steadyload.measured import agreements, predictions, read_field_tests
         from steadyload.methods.registry import make_method
         from steadyload.transport.limits import EXACT

@@ -15,6 +15,8 @@ from steadyload.cli.interrupts import is_behind
 from steadyload.cli.method_question import say_question
 from steadyload.cli.reading import Files, check_output
 from steadyload.cli.terminal import (
+    NAME,
+    ROW,
     csv_text,
     file_names,
     kept_status,
@@ -35,9 +37,6 @@ if TYPE_CHECKING:
 
 STAND, SOME_FAIL, BAD_INPUT, NOT_JUDGED = 0, 1, 2, 3
 """Exit statuses; of several the worse one: bad input, then a plan that does not stand."""
-
-_ROW, _NAME = 80, 20
-"""Widths in characters: of a row at most, of a name where the outcome is long."""
 
 _ENDINGS = {"native": ".json", "csv": ".csv", "job": ".json"}
 """Format that is written -> the ending of a file in a folder."""
@@ -292,10 +291,10 @@ def _in_brief(one: Repaired) -> str:
 
 def _widths(found: Sequence[Repaired], files: Sequence[str]) -> tuple[int, int]:
     """Of names and of outcomes: all that a row has, if they need it."""
-    left = _ROW - len("  boxes  ") - max((len(name) + 2 for name in file_names(files)), default=0)
+    left = ROW - len("  boxes  ") - max((len(name) + 2 for name in file_names(files)), default=0)
     longest = max((len(printable(one.name)) for one in found), default=0)
     outcomes = max((len(printable(_in_brief(one))) for one in found), default=0)
-    name = min(longest, max(_NAME, left - outcomes))
+    name = min(longest, max(NAME, left - outcomes))
     return name, left - max(name, len("pallet"))
 
 

@@ -73,6 +73,9 @@ def drop_output() -> None:
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
+ROW, NAME = 80, 20
+"""Characters of a row of a table at most, and of a name where what follows it is long."""
+
 _FILE = 20
 """Characters of the name of a file in a table."""
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from steadyload.cli.flags import UsageError
 from steadyload.cli.reading import Files
-from steadyload.cli.terminal import kept_status, print_table, progress_bar, say
+from steadyload.cli.terminal import NAME, kept_status, print_table, progress_bar, say
 from steadyload.config import option
 from steadyload.escaping import printable
 
@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 
 HELD, NOT_HELD, BAD_INPUT, NO_ANSWER = 0, 1, 2, 3
 """Exit statuses; of several the worse one: bad input, then a load that does not hold."""
-
-_NAME = 20
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -107,7 +105,7 @@ class Transport(Files):
             moved = one["displacement_cm"]
             rows.append(
                 (
-                    printable(printable(one["layout"]), _NAME),
+                    printable(printable(one["layout"]), NAME),
                     f"{one['direction_deg']:g}",
                     _shown(one[self._answer]),
                     *_movement(one),

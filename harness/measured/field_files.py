@@ -1,4 +1,4 @@
-"""Tables of tests of real stacks: CSV, a row a test. See ``docs/field-test.md``."""
+"""Tables of tests of real stacks: CSV, one row for each test. See ``docs/field-test.md``."""
 
 from __future__ import annotations
 
@@ -83,13 +83,13 @@ def read_field_tests(path: str | Path, **reading: Unpack[Reading]) -> FieldTests
                 raise FieldTestError(f"line {line} names no test; allowed: a name in every row")
             if name in tests:
                 raise FieldTestError(
-                    f"test {shown(name)} stands there twice; allowed: a row a test"
+                    f"test {shown(name)} stands there twice; allowed: one row for each test"
                 )
             if len(tests) == MAX_TESTS:
                 raise FieldTestError(f"has more than {MAX_TESTS:,} tests; allowed: up to so many")
             tests[name] = reader.test(cells)
         if not tests:
-            raise FieldTestError("holds no tests; allowed: a row a test")
+            raise FieldTestError("holds no tests; allowed: one row for each test")
     except FieldTestError as error:
         raise FieldTestError(f"{path}: {error}") from None
     return FieldTests(tuple(tests.values()), opened.comments)

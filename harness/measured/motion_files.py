@@ -1,4 +1,4 @@
-"""Files of recorded motion, Parquet or CSV: a row a trial and frame. See ``docs/measured.md``."""
+"""Files of recorded motion, Parquet or CSV: one row for each frame. See ``docs/measured.md``."""
 
 from __future__ import annotations
 
@@ -210,7 +210,7 @@ def _trials(names: Sequence[str], values: Mapping[str, Given]) -> tuple[Trial, .
     numbers: dict[str, int] = {}
     rows = np.array([numbers.setdefault(name, len(numbers)) for name in names], dtype=np.intp)
     if not numbers:
-        raise MotionError("holds no frames; allowed: a row a trial and frame")
+        raise MotionError("holds no frames; allowed: one row for each frame of a trial")
     if len(numbers) > MAX_TRIALS:
         raise MotionError(f"holds {len(numbers):,} trials; allowed: up to {MAX_TRIALS:,}")
     order = np.argsort(rows, kind="stable")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -46,7 +46,7 @@ class LoadingOrder:
         self._places = boxes.planned
         self._arrays = first_arrays(boxes.layout.pallet)
         self._kept = tuple(self._arrays)
-        self._turns = tuple(kernels.loading.no_turns(len(boxes)))
+        self._turns: tuple[Any, ...] = tuple(kernels.loading.no_turns(len(boxes)))
         self._looked_at = _LookedAt(boxes) if boxes.limited else None
 
     def refuse(self, box: int, place: FloatArray) -> None:
@@ -78,9 +78,8 @@ class LoadingOrder:
                 self._make_room()
             else:
                 self._look()
-        *_, order, waiting, cursor = self._turns
-        loaded, stuck = self._arrays.counts[ITEMS], cursor[kernels.loading.WAITING]
-        return Loaded(tuple(order[:loaded].tolist()), tuple(waiting[:stuck].tolist()))
+        turns, loaded = kernels.loading.Turns(*self._turns), self._arrays.counts[ITEMS]
+        return Loaded(tuple(turns.order[:loaded].tolist()), turns.stuck)
 
     def first_standing(
         self, box: int, places: FloatArray, margin: float, most: int
@@ -120,12 +119,10 @@ class LoadingOrder:
     def _look(self) -> None:
         """Take off the box that was put on last if one is crushed by it."""
         assert self._looked_at is not None, "some box states what it may bear"
-        tried, *_, order, waiting, cursor = self._turns
-        again = cursor[kernels.loading.AGAIN]
-        box = int(waiting[again] if again >= 0 else cursor[kernels.loading.NEXT] - 1)
-        place = int(self._arrays.counts[ITEMS]) - 1
-        now = [*order[:place].tolist(), box]
-        stands = not self._looked_at.is_crushed(now, tried[now, :4].tolist())
+        turns, place = kernels.loading.Turns(*self._turns), int(self._arrays.counts[ITEMS]) - 1
+        box = turns.looked_at
+        now = [*turns.order[:place].tolist(), box]
+        stands = not self._looked_at.is_crushed(now, turns.tried[now, :4].tolist())
         if not stands:
             kernels.growing.take_off(self._kept, place)
         kernels.loading.said(self._turns, place, box, stands, self._reorder)

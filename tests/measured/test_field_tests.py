@@ -152,7 +152,7 @@ def test_a_table_of_too_many_tests_is_refused(folder, monkeypatch):
 
 def test_a_table_that_is_none_is_refused(folder):
     assert "test '1' stands there twice" in refusal(table(folder, PLACED, PLACED))
-    assert "holds no tests; allowed: a row a test" in refusal(table(folder))
+    assert "holds no tests; allowed: one row for each test" in refusal(table(folder))
     few = [name for name in COLUMNS if name != "done"]
     row = {name: PLACED.get(name, "") for name in few}
     assert "has no column 'done'; allowed: test" in refusal(table(folder, row, columns=few))

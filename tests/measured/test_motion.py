@@ -84,7 +84,7 @@ def test_a_row_that_is_not_allowed_is_refused_by_trial_and_frame(tmp_path, place
         (f"{HEADER},size_x", f"{ROWS[0]},1", "has no column 'size_y', and has 'size_x'; allowed"),
         (HEADER, f"{ROWS[0]},7", "line 2 has 10 values; allowed: 9, as the header says"),
         (HEADER, '"a', "line 2 is not CSV"),
-        (HEADER, "", "holds no frames; allowed: a row a trial and frame"),
+        (HEADER, "", "holds no frames; allowed: one row for each frame of a trial"),
         ("", "", "has no header; allowed: a line of names"),
         (HEADER, "x" * 1001, "line 2 has a cell of 1001 characters; allowed: 1000"),
     ],

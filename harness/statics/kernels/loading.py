@@ -78,6 +78,17 @@ class Turns(NamedTuple):
     waiting: IntArray
     cursor: IntArray
 
+    @property
+    def looked_at(self) -> int:
+        """The box that was put on last, of which it is still to be said whether it stays."""
+        again = self.cursor[AGAIN]
+        return int(self.waiting[again] if again >= 0 else self.cursor[NEXT] - 1)
+
+    @property
+    def stuck(self) -> tuple[int, ...]:
+        """The boxes that wait."""
+        return tuple(self.waiting[: self.cursor[WAITING]].tolist())
+
 
 def no_turns(count: int) -> Turns:
     """Before the first turn of so many boxes."""
