@@ -18,7 +18,7 @@ from steadyload.errors import UserError
 from steadyload.layouts.files.record import Refused
 from steadyload.layouts.model.footing import gaps, largest
 from steadyload.layouts.model.frame import Frame
-from steadyload.layouts.model.layout import Layout, require_layout
+from steadyload.layouts.model.layout import Item, Layout, Pallet, require_layout
 from steadyload.layouts.model.naming import box_id, with_ids
 from steadyload.layouts.model.question import Question
 from steadyload.methods.contract.method import (
@@ -111,8 +111,7 @@ def answer_on(
     require_layout(layout)
     limit, frame = _gap_limit(gaps_cm), frame or Frame()
     rule = rule_named(transport) if isinstance(transport, str) else transport
-    judging = _default(default_method(len(layout))) if method is None else _made(method)
-    judging.prepare(len(layout))
+    judging = prepared(method, len(layout))
     spec = str(judging.spec)
     watch = Stopwatch(timeout)
     verdict = judge(judging, layout, timeout)
@@ -281,10 +280,31 @@ class _Entry(SinglePart):
 
 
 def _check(unit: _Entry) -> Iterator[Check]:
+    """Prepares first: the limit on the time of a part is not meant for compilation."""
+    method = method_named(unit.method)
+    method.prepare(len(unit.layout))
+    if unit.timeout is not None:
+        _prepare_remedies()
+    return _checked(unit, method)
+
+
+def _checked(unit: _Entry, method: Method) -> Iterator[Check]:
     yield check(
-        unit.layout, method_named(unit.method), timeout=unit.timeout, transport=unit.rule,
-        gaps_cm=unit.gaps_cm, frame=unit.frame,
-    )  # fmt: skip
+        unit.layout,
+        method,
+        timeout=unit.timeout,
+        transport=unit.rule,
+        gaps_cm=unit.gaps_cm,
+        frame=unit.frame,
+    )
+
+
+@cache
+def _prepare_remedies() -> None:
+    """Compile what the look for a remedy calls, or load the compiled code."""
+    side = (20.0, 20.0, 20.0)
+    boxes = (Item(0, (0.0, 0.0, 0.0), side, 5.0), Item(1, (15.0, 20.0, 0.0), side, 5.0))
+    remedy(Layout("leans", Pallet(100.0, 100.0, 100.0), boxes), 1)
 
 
 def _not_judged(status: Status, unit: _Entry, _: int, reason: str) -> Check:
@@ -311,6 +331,21 @@ def reliability(method: str | Method, boxes: int) -> Reliability | None:
         return None
     entry = next((m for m in front.measured if m.method == str(method)), None)
     return None if entry is None else Reliability(entry.accuracy, front.cases, front.part)
+
+
+def prepared(method: str | Method | None, boxes: int) -> Method:
+    """The method that answers on layouts of so many boxes, ready to judge them.
+
+    Args:
+        method: itself, or its spec; None for the default one.
+        boxes: of a layout.
+
+    Raises:
+        SpecError, EngineNotInstalledError: there is no such method, or its engine is missing.
+    """
+    judging = _default(default_method(boxes)) if method is None else _made(method)
+    judging.prepare(boxes)
+    return judging
 
 
 def _made(method: str | Method) -> Method:

@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 from steadyload.app.check_defaults import GAPS_CM
-from steadyload.app.checking import Check, answer_on
+from steadyload.app.checking import Check, answer_on, prepared
 from steadyload.app.repair_results import Outcome as Outcome
 from steadyload.app.repair_results import Repair as Repair
 from steadyload.errors import UserError, nearest
@@ -31,6 +31,7 @@ from steadyload.repairing.confirmed import (
 from steadyload.repairing.plan import Boxes, Kind
 from steadyload.runs.methods_here import method_named, use_methods
 from steadyload.runs.pool import PartLimit, SinglePart, run_units
+from steadyload.statics.kernels.warming import warm_up_searches
 from steadyload.time_limit import cpu_clock
 
 ALLOWED = (Kind.ORDER, Kind.DROP, Kind.SHIFT, Kind.TURN, Kind.MOVE)
@@ -358,12 +359,19 @@ class _Unit(SinglePart):
 
 
 def _repair(unit: _Unit) -> Iterator[Repair]:
+    """Prepares first: the limit on the time of a part is not meant for compilation."""
     options = unit.options
     if isinstance(options.method, str):
         options = replace(options, method=method_named(options.method))
+    prepared(options.method, len(unit.layout))
+    warm_up_searches()
+    return _repairs(unit.layout, options)
+
+
+def _repairs(layout: Layout, options: RepairOptions) -> Iterator[Repair]:
     clock = cpu_clock()
     begun = clock()
-    yield replace(_repaired(unit.layout, options), seconds=clock() - begun)
+    yield replace(_repaired(layout, options), seconds=clock() - begun)
 
 
 def _lost(unit: _Unit, _: int, reason: str) -> Repair:

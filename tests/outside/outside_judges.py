@@ -10,6 +10,7 @@ import threading
 import time
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from functools import cache
 from pathlib import Path
 
 import pymunk
@@ -34,6 +35,7 @@ class Harm(StrEnum):
     KILL = "kill"
     KILL_PARENT = "kill-parent"
     PREPARE = "prepare"
+    SLOW_START = "slow-start"
     HANG = "hang"
 
 
@@ -51,6 +53,8 @@ class Harmful(Method):
     def prepare(self, item_count=0):
         if self.parameters.harm is Harm.PREPARE and multiprocessing.parent_process():
             raise ZeroDivisionError("nothing was prepared")
+        if self.parameters.harm is Harm.SLOW_START and multiprocessing.parent_process():
+            _prepare_slowly()
 
     def _judge(self, layout, watch):
         folder = Path(os.environ["OUTSIDE_JUDGES"])
@@ -74,6 +78,12 @@ class Harmful(Method):
                     os.kill(os.getppid(), signal.SIGKILL)
                     time.sleep(60)
         return STABLE
+
+
+@cache
+def _prepare_slowly():
+    """Take 2 CPU seconds, once a process, as a compiler does."""
+    list(burns(Words((2.0,))))
 
 
 def compute_without_end():
