@@ -1,26 +1,12 @@
-"""The child process that runs Drake for :mod:`steadyload.engines.with_drake`; it imports nothing of
-ours.
-
-It answers one request after the other over a connection whose file number is its only argument,
-and ends with its parent. A request is a tuple: its name, the number of a world, and
-
-* ``build``: gravity [m/s2], Coulomb coefficient, :class:`Body` fields of every box;
-* ``advance``: states to start from or None to go on, seconds, longest step [s];
-* ``drop``: nothing.
-
-A state is w, x, y, z of the attitude, the centre of mass [m], the angular velocity [rad/s] and
-the velocity of the centre of mass [m/s], all in world axes: 13 numbers a free box. The answer is
-``(None, states)``, with states of None except to ``advance``, or ``(message, None)``.
+"""Scenes of Drake, for the child process of :mod:`steadyload.engines.with_drake`; this file imports
+nothing of ours.
 """
 
 from __future__ import annotations
 
 import logging
-import signal
-import sys
 from collections.abc import Sequence
-from multiprocessing.connection import Connection
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 from pydrake.common.eigen_geometry import Quaternion
@@ -38,6 +24,11 @@ from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, ContactModel, C
 from pydrake.multibody.tree import SpatialInertia, UnitInertia
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig
 from pydrake.systems.framework import DiagramBuilder
+
+if TYPE_CHECKING:
+    from steadyload.engines.serving import Body
+
+logging.getLogger("drake").setLevel(logging.ERROR)
 
 ACCURACY = 1e-5
 """Largest estimated error of a step: metres, and components of a unit quaternion. At 1e-4 the
@@ -58,23 +49,11 @@ STICTION_SPEED = 1e-4
 """Slip of a contact that sticks [m/s], at the limit of friction."""
 
 
-class Body(NamedTuple):
-    """A box as the worker takes it: SI units, the shape about the centre of mass."""
-
-    size: tuple[float, float, float]
-    mass: float
-    inertia: tuple[float, float, float]
-    mass_centre: tuple[float, float, float]
-    attitude: tuple[float, float, float, float]
-    shape_centre: tuple[float, float, float]
-    fixed: bool
-
-
 class Scene:
     """A Drake simulation of boxes on the floor."""
 
     def __init__(
-        self, gravity: tuple[float, float, float], friction: float, bodies: Sequence[Body]
+        self, gravity: tuple[float, float, float], bodies: Sequence[Body], friction: float
     ) -> None:
         builder = DiagramBuilder()
         # A plant without a time step is continuous, as the integrator asks for.
@@ -117,15 +96,18 @@ class Scene:
         AddContactMaterial(dissipation=DISSIPATION, friction=coefficient, properties=properties)
         return properties
 
-    def advance(self, states: np.ndarray | None, seconds: float, step: float) -> np.ndarray:
-        """Simulate ``seconds`` from ``states``, or from where it is; returns the new states."""
+    def advance(self, states: np.ndarray | None, substeps: int, length: float) -> np.ndarray:
+        """Simulate from ``states``, or from where it is; returns the new states.
+
+        A substep is the longest that the integrator takes.
+        """
         if not self._positions.size:
             return np.zeros((0, 13))
         simulator = self._simulator
         if states is not None:
-            self._start(states, step)
-        simulator.get_mutable_integrator().set_maximum_step_size(step)
-        simulator.AdvanceTo(simulator.get_context().get_time() + seconds)
+            self._start(states, length)
+        simulator.get_mutable_integrator().set_maximum_step_size(length)
+        simulator.AdvanceTo(simulator.get_context().get_time() + substeps * length)
         q = self._plant.GetPositions(self._context)[self._positions[:, None] + np.arange(7)]
         v = self._plant.GetVelocities(self._context)[self._velocities[:, None] + np.arange(6)]
         return np.hstack((q, v))
@@ -147,39 +129,3 @@ class Scene:
         )
         ApplySimulatorConfig(config, simulator)
         simulator.Initialize()
-
-
-def serve(connection: Connection) -> None:
-    """Answer requests until the other end is closed."""
-    scenes: dict[int, Scene] = {}
-    while True:
-        try:
-            name, world, *values = connection.recv()
-        except EOFError:
-            return
-        try:
-            connection.send((None, _answer(scenes, name, world, values)))
-        except (RuntimeError, ValueError) as error:
-            scenes.pop(world, None)
-            connection.send((str(error), None))
-
-
-def _answer(
-    scenes: dict[int, Scene], name: str, world: int, values: list[Any]
-) -> np.ndarray | None:
-    scene = scenes.pop(world, None)
-    if name == "build":
-        gravity, friction, bodies = values
-        scenes[world] = Scene(gravity, friction, [Body(*fields) for fields in bodies])
-    elif name == "advance":
-        assert scene is not None, "a world is built before it is advanced"
-        scenes[world] = scene
-        return scene.advance(*values)
-    return None
-
-
-if __name__ == "__main__":
-    # The parent decides when this process ends, also when its user presses Ctrl-C.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    logging.getLogger("drake").setLevel(logging.ERROR)
-    serve(Connection(int(sys.argv[1])))

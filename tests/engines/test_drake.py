@@ -79,8 +79,10 @@ def test_silence_is_an_error(drake, monkeypatch):
     with drake.DrakeWorld(WorldSettings()) as world:
         world.add_box(CUBE)
         world.prepare()
-        monkeypatch.setattr(drake, "_PATIENCE", 0.0)
-        drake._worker()._process.send_signal(signal.SIGSTOP)  # else it may be quick enough
+        monkeypatch.setattr("steadyload.engines.child._PATIENCE", 0.0)
+        drake.DrakeWorld.children.current()._process.send_signal(
+            signal.SIGSTOP
+        )  # else it may be quick enough
         with pytest.raises(EngineError, match="no answer"):
             world.stepSimulation(0.1, 100, 0.01)
         monkeypatch.undo()
@@ -107,7 +109,7 @@ def test_worlds_outlive_the_change_of_the_process(drake, monkeypatch):
     with drake.DrakeWorld(WorldSettings()) as first:
         first.add_box(Box(CUBE.size, 1.0, (0.0, 0.0, 3.0)))
         before = fall(first)
-        monkeypatch.setattr(drake, "_MOST_BUILDS", 0)
+        monkeypatch.setattr(drake.DrakeWorld.children, "most_builds", 0)
         with drake.DrakeWorld(WorldSettings()) as second:
             second.add_box(Box(CUBE.size, 1.0, (0.0, 0.0, 3.0)))
             assert (fall(second) == before).all()
