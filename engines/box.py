@@ -32,6 +32,12 @@ hundredth more is left because edges may have been drawn in after the centre of 
 FASTEST = 1e6
 """Allowed parts of a velocity [m/s] and of an angular velocity [rad/s], to both sides of zero."""
 
+HOLLOW = (1e-3, 1.0)
+"""Allowed moments of inertia, as shares of what all mass in the corners would have."""
+
+_ROUNDING = 1e-3
+"""Share by which stated moments may be off for the digits that were written."""
+
 UNIT = 1e-6
 """Allowed difference of the length of an attitude from 1; it is scaled to 1."""
 
@@ -41,7 +47,7 @@ AT_REST = (0.0, 0.0, 0.0)
 
 @dataclass(frozen=True, slots=True)
 class Box:
-    """One rigid box of uniform density about a shifted centre of mass.
+    """One rigid box, of uniform density about a shifted centre of mass unless moments are stated.
 
     Args:
         size: full edge lengths along its own axes [m], which are those of the world unless it is
@@ -53,6 +59,8 @@ class Box:
         attitude: planned unit quaternion (w, x, y, z), by which it is turned.
         velocity: of the centre of mass, at the start, in axes of the world [m/s].
         angular_velocity: at the start, in axes of the world [rad/s].
+        moments: of inertia about its own axes through its centre of mass [kg m2], where these are
+            known; None for those of uniform density.
     """
 
     size: tuple[float, float, float]
@@ -63,6 +71,7 @@ class Box:
     attitude: tuple[float, float, float, float] = UPRIGHT
     velocity: tuple[float, float, float] = AT_REST
     angular_velocity: tuple[float, float, float] = AT_REST
+    moments: tuple[float, float, float] | None = None
 
     @property
     def launched(self) -> bool:
@@ -92,11 +101,13 @@ class Box:
 
     @property
     def inertia(self) -> tuple[float, float, float]:
-        """Principal moments of the uniform box [kg m2], taken about the centre of mass.
+        """Principal moments about the centre of mass [kg m2]: as stated, or of the uniform box.
 
         All engines are given the same moments wherever the centre of mass lies, so that they
         answer the same question; a shifted centre alone does not define an inertia.
         """
+        if self.moments is not None:
+            return self.moments
         x, y, z = self.size
         twelfth = self.mass / 12.0
         return (twelfth * (y * y + z * z), twelfth * (x * x + z * z), twelfth * (x * x + y * y))
@@ -110,8 +121,8 @@ def check_box(box: Box, index: int) -> None:
         index: what it would be called in its world.
 
     Raises:
-        BadNumberError: a size, mass, centre, offset, attitude or velocity that is not finite or
-            out of range.
+        BadNumberError: a size, mass, centre, offset, attitude, velocity or moment of inertia that
+            is not finite or out of range.
     """
     least, most = SIZES
     try:
@@ -129,6 +140,7 @@ def check_box(box: Box, index: int) -> None:
             and -REACH * y <= q <= REACH * y
             and -REACH * z <= r <= REACH * z
             and (not box.launched or _may_start(box))
+            and (box.moments is None or _may_turn(box))
         ):
             return
     except (TypeError, ValueError):
@@ -140,6 +152,25 @@ def _is_unit(attitude: tuple[float, ...]) -> bool:
     try:
         return len(attitude) == 4 and is_within(math.hypot(*attitude), 1.0 - UNIT, 1.0 + UNIT)
     except TypeError:
+        return False
+
+
+def _most_moments(box: Box) -> tuple[float, float, float]:
+    """Moments with all of the mass in the corners [kg m2]."""
+    x, y, z = Box(box.size, box.mass, box.centre).inertia
+    return (3.0 * x, 3.0 * y, 3.0 * z)
+
+
+def _may_turn(box: Box) -> bool:
+    """Whether some body of this size and mass has the stated moments."""
+    least, most = HOLLOW
+    try:
+        x, y, z = box.moments or box.inertia
+        return all(
+            is_within(moment, least * bound, (most + _ROUNDING) * bound)
+            for moment, bound in zip((x, y, z), _most_moments(box), strict=True)
+        ) and 2.0 * max(x, y, z) <= (1.0 + _ROUNDING) * (x + y + z)
+    except (TypeError, ValueError):
         return False
 
 
@@ -160,6 +191,14 @@ def _refuse_box(box: Box, where: str) -> NoReturn:
     if not is_within(box.mass, *MASSES):
         raise BadNumberError(
             f"{where}: mass is {box.mass!r}; allowed: {MASSES[0]:g} to {MASSES[1]:g} kg"
+        )
+    if _may_start(box) and not _may_turn(box):
+        bounds = ", ".join(
+            f"{HOLLOW[0] * m:.3g} to {HOLLOW[1] * m:.3g}" for m in _most_moments(box)
+        )
+        raise BadNumberError(
+            f"{where}: moments is {box.moments!r}; allowed: None, or three numbers of {bounds} "
+            "kg m2, of which none is more than the sum of the others"
         )
     if _may_start(box):
         raise BadNumberError(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -24,6 +25,7 @@ from steadyload.engines.world import GRAVITY, Box, FixedStepWorld, Poses, WorldS
 
 _FREQUENCY = 1920
 _SIZE = (0.1, 0.2, 0.4)
+_CUBE = (0.3, 0.3, 0.3)
 _OFFSET = (0.02, 0.03, -0.05)
 _ATTITUDE = turned_about((1.0, 2.0, -0.5), 63.0)
 
@@ -53,6 +55,19 @@ def check_free_rotation(world_class: WorldClass) -> None:
     _expect_attitudes(world_class, _Flight(scene, poses), 1.0)
     way = mass_centres(poses, scene) - start
     expect(way, 0.0, rounding(world_class), "way of the centres of mass")
+
+
+def check_free_rotation_of_stated_moments(world_class: WorldClass) -> None:
+    """The same of cubes that are turned as boxes are, by moments that are not a cube's."""
+    require_flight(world_class)
+    require_space(world_class)
+    moments = _spinning()[0].inertia
+    scene = [replace(box, size=_CUBE, moments=moments) for box in _spinning()]
+    with world_class(WorldSettings(gravity=(0.0, 0.0, 0.0))) as world:
+        fill(world, scene)
+        world.stepSimulation(1.0, 10**6, 1.0 / _FREQUENCY)
+        poses = world.poses()
+    _expect_attitudes(world_class, _Flight(scene, poses), 1.0)
 
 
 def check_free_rotation_keeps_energy_and_momentum(world_class: WorldClass) -> None:

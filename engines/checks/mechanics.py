@@ -22,6 +22,9 @@ from steadyload.engines.checks.scenes import (
 from steadyload.engines.substeps import StepCount
 from steadyload.engines.world import GRAVITY, Box, Support, WorldSettings
 
+_TIPPED, _TIPPED_MASS = (0.1, 0.1, 0.3), 3.0
+"""Size [m] and mass [kg] of a box that turns over its edge."""
+
 
 def check_free_fall(world_class: WorldClass) -> None:
     """v = g t to the last substep, z to within half a substep's worth of a first-order method.
@@ -101,6 +104,15 @@ def check_tipping_rate_of_a_shifted_mass(world_class: WorldClass) -> None:
     for offset in ((0.0, 0.0, 0.0), (0.02, 0.0, -0.08), (-0.02, 0.0, 0.05)):
         angle, expected = _turn_over(world_class, offset, 0.0)
         expect(angle, expected, 0.0, f"angle at offset {offset}", relative=0.03)
+
+
+def check_tipping_rate_of_stated_moments(world_class: WorldClass) -> None:
+    """The same for a box whose mass lies in its middle, or in its corners."""
+    uniform = Box(_TIPPED, _TIPPED_MASS, (0.0, 0.0, 0.15)).inertia
+    for factor in (0.5, 2.0):
+        x, y, z = (factor * moment for moment in uniform)
+        angle, expected = _turn_over(world_class, (0.02, 0.0, -0.08), 0.0, moments=(x, y, z))
+        expect(angle, expected, 0.0, f"angle at {factor} of uniform moments", relative=0.03)
 
 
 def check_tipping_about_the_other_axis(world_class: WorldClass) -> None:
@@ -274,16 +286,17 @@ def _turn_over(
     damping: float,
     *,
     across: bool = False,
+    moments: tuple[float, float, float] | None = None,
 ) -> tuple[float, float]:
     """Angle [rad] of a box that turns over its lower edge: found, and by its equation.
 
     It turns towards +x, or towards +y when ``across``.
     """
-    size, mass, seconds = (0.1, 0.1, 0.3), 3.0, 0.22
+    mass, seconds = _TIPPED_MASS, 0.22
     down_slope, _, down = _on_slope(0.9, 5.0).gravity
     gravity = (0.0, down_slope, down) if across else (down_slope, 0.0, down)
     settings = WorldSettings(friction=5.0, gravity=gravity, angular_damping=damping)
-    box = Box(size, mass, (0.0, 0.0, 0.15), offset)
+    box = Box(_TIPPED, mass, (0.0, 0.0, 0.15), offset, moments=moments)
     with world_class(settings) as world:
         world.add_box(box)
         world.stepSimulation(seconds, 10**6, 1.0 / 1000.0)

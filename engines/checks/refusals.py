@@ -37,6 +37,15 @@ _BAD_BOXES: tuple[tuple[str, Box], ...] = (
         ("angular_velocity", Box(CUBE, 1.0, _FINE.centre, angular_velocity=(0.0, 0.0, bad)))
         for bad in (1e300, *_NOT_FINITE)
     ),
+    *(
+        ("moments", Box(CUBE, 1.0, _FINE.centre, moments=bad))
+        for bad in (
+            (0.0, 1e-3, 1e-3),
+            (1e-3, 1e-3, 4e-3),
+            (1e-3, 1e-3, 2.1e-3),
+            *((1e-3, n, 1e-3) for n in _NOT_FINITE),
+        )
+    ),
     ("velocities", Box(CUBE, 1.0, _FINE.centre, fixed=True, velocity=(1.0, 0.0, 0.0))),
     *(("centre", Box(CUBE, 1.0, (0.0, 0.0, bad))) for bad in _NOT_FINITE),
     *(("centre", Box(CUBE, 1.0, (bad, 0.0, 0.05))) for bad in _NOT_FINITE),

@@ -35,6 +35,7 @@ IN_SPACE = {
     "motion_in_space_is_read_back",
     "a_fast_spin_is_kept",
     "free_rotation",
+    "free_rotation_of_stated_moments",
     "free_rotation_keeps_energy_and_momentum",
     "a_spinning_box_falls_along_a_parabola",
     "a_corner_drop_ends_on_the_nearest_face",

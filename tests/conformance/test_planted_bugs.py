@@ -92,6 +92,14 @@ def with_inertia_doubled(base):
     return InertiaDoubled
 
 
+def with_moments_ignored(base):
+    class MomentsIgnored(base):
+        def add_box(self, box):
+            return super().add_box(dataclasses.replace(box, moments=None))
+
+    return MomentsIgnored
+
+
 def with_large_fixed_boxes(base):
     class LargeFixedBoxes(base):
         def add_box(self, box):
@@ -286,6 +294,7 @@ def with_bounces(base):
         (with_attitudes_conjugated, {"poses_are_of_the_geometric_centre"}),
         (with_spin_negated, {"velocities_are_rates_of_the_poses"}),
         (with_inertia_doubled, {"tipping_rate_of_a_shifted_mass"}),
+        (with_moments_ignored, {"tipping_rate_of_stated_moments"}),
         (with_large_fixed_boxes, {"fixed_boxes_carry_and_never_move"}),
         (with_boxes_unseen, {"bad_numbers_are_refused"}),
         (with_half_a_substep_kept, {"reseat_equals_a_fresh_world"}),
@@ -355,6 +364,15 @@ def without_gyroscopic_term(base):
     return WithoutGyroscopicTerm
 
 
+def with_moments_in_another_order(base):
+    class InAnotherOrder(base):
+        def add_box(self, box):
+            moments = None if box.moments is None else box.moments[::-1]
+            return super().add_box(dataclasses.replace(box, moments=moments))
+
+    return InAnotherOrder
+
+
 def with_a_cap_on_turning(base):
     class Capped(base):
         def _advance(self, substeps, length):
@@ -376,6 +394,7 @@ def with_a_cap_on_turning(base):
             without_gyroscopic_term,
             {"free_rotation", "free_rotation_keeps_energy_and_momentum"},
         ),
+        (with_moments_in_another_order, {"free_rotation_of_stated_moments"}),
         (with_a_cap_on_turning, {"a_fast_spin_is_kept"}),
         (with_bounces, {"a_corner_drop_ends_on_the_nearest_face"}),
     ],

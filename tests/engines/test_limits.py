@@ -83,6 +83,19 @@ def test_the_ends_of_the_ranges_are_allowed():
             Box((0.1, 0.1, 0.1), 1.0, (0.0, 0.0, 0.0), fixed=True, velocity=(1.0, 0.0, 0.0)),
             "box 7: velocities are (1.0, 0.0, 0.0) and (0.0, 0.0, 0.0); allowed: zeros, as it is",
         ),
+        (
+            Box((0.1, 0.1, 0.2), 1.2, (0.0, 0.0, 0.0), moments=(1e-3, 1e-3, 7e-3)),
+            "box 7: moments is (0.001, 0.001, 0.007); allowed: None, or three numbers of 1.5e-05 "
+            "to 0.015, 1.5e-05 to 0.015, 6e-06 to 0.006 kg m2, of which none is more than the sum",
+        ),
+        (
+            Box((0.1, 0.1, 0.1), 1.0, (0.0, 0.0, 0.0), moments=(1e-3, 1e-3)),
+            "box 7: moments is (0.001, 0.001); allowed: None, or three numbers of",
+        ),
+        (
+            Box((0.1, 0.1, 0.1), 1.0, (0.0, 0.0, 0.0), moments=(2e-3, 1e-3, 9e-4)),
+            "box 7: moments is (0.002, 0.001, 0.0009); allowed: None, or three numbers of",
+        ),
     ],
 )
 def test_a_refusal_says_which_box_and_what_is_allowed(box, message):
@@ -129,6 +142,24 @@ def test_a_rotation_vector_is_that_of_its_quaternion(degrees):
         expected = Rotation.from_quat(quaternion, scalar_first=True)
         assert (turned * expected.inv()).magnitude() < 1e-12
         assert np.linalg.norm(rotation_vector(quaternion)) <= math.pi
+
+
+@pytest.mark.parametrize(
+    "points",
+    [
+        [(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)],  # its corners
+        [(0, 0, -1), (0, 0, 1), (0.1, 0, 0), (0, -0.1, 0)],
+        [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 0), (0, 0, 0.5), (0, 0, -0.5)],
+    ],
+)
+def test_moments_of_masses_inside_a_box_are_allowed(points):
+    size, mass = np.array((0.2, 0.3, 0.5)), 4.0
+    at = 0.5 * size * np.array(points, dtype=float)
+    squares = (at * at).mean(axis=0)
+    moments = tuple((mass * (squares.sum() - squares)).tolist())
+    box = Box(tuple(size.tolist()), mass, (0.0, 0.0, 0.0), moments=moments)
+    check_box(box, 0)
+    assert box.inertia == moments
 
 
 def test_allowed_boxes_have_moments_of_inertia():
