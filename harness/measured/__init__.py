@@ -10,6 +10,7 @@ from steadyload.measured.field_predictions import Agreement, Prediction, agreeme
 from steadyload.measured.field_tests import Done, FieldTest
 from steadyload.measured.motion import Trial
 from steadyload.measured.motion_files import read_motion, write_motion
+from steadyload.measured.profiles import MotionProfile, motion_profile
 
 __all__ = [
     "Agreement",
@@ -19,9 +20,11 @@ __all__ = [
     "FieldTestError",
     "FieldTests",
     "MotionError",
+    "MotionProfile",
     "Prediction",
     "Trial",
     "agreements",
+    "motion_profile",
     "predictions",
     "read_field_tests",
     "read_motion",
