@@ -12,8 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from steadyload.engines.reference.chain import chain
 from steadyload.engines.reference.compiled import compiled
-from steadyload.engines.reference.contact import FLOOR, chain, touch
+from steadyload.engines.reference.contact import FLOOR, touch
 
 
 class Field(NamedTuple):
