@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from steadyload.engines.reference.compiled import compiled
+from steadyload.engines.reference.damping import damp, put_ease
 from steadyload.engines.reference.law import friction_ratio, normal_force, softening
 from steadyload.engines.reference.polygon import (
     APART,
@@ -54,7 +55,8 @@ _SCRATCH = np.dtype(
         ("weight_slopes", np.float64, (CORNERS, 6)),
         ("normal", np.float64, (3,)),
         ("normal_slopes", np.float64, (3, 6)),
-        ("depth_slopes", np.float64, (6,)),
+        ("depths", np.float64, (CORNERS,)),
+        ("depth_slopes", np.float64, (CORNERS, 6)),
         ("wrench", np.float64, (6,)),
         ("gradient", np.float64, (6, 12)),
         ("turned", np.float64, (6, 12)),
@@ -66,6 +68,13 @@ _SCRATCH = np.dtype(
         ("speed", np.float64, (3,)),
         ("spin", np.float64, (3,)),
         ("softening", np.float64),
+        # Damping of the whole polygon, and, where that follows the bodies: what they oppose to it,
+        # one over the mass and the moments about their own axes, 0 for what does not move.
+        ("damping", np.float64),
+        ("damping_slopes", np.float64, (6,)),
+        ("incident_ease", np.float64, (4,)),
+        ("reference_ease", np.float64, (4,)),
+        ("reference_centre", np.float64, (3,)),
     ],
     align=True,
 )
@@ -77,6 +86,17 @@ def make_scratch() -> np.void:
     A record travels as one pointer; a tuple of arrays would cost more to hand over than to use.
     """
     return np.rec.array(np.zeros(1, _SCRATCH))[0]
+
+
+@compiled
+def _add_points(law, count, want, s):
+    """Add the forces and torques of ``count`` corners to ``s.wrench``, and their derivatives."""
+    s.damping = law.damping
+    if law.damping_ratio > 0.0:
+        damp(law, count, want, s)
+    for m in range(count):
+        if s.depths[m] > 0.0:
+            _add_point(law, m, s.depths[m], s.weights[m], want, s)
 
 
 @compiled
@@ -94,7 +114,7 @@ def _add_point(law, m, depth, weight, want, s):
     vy = s.speed[1] + spin[2] * rx - spin[0] * rz
     vz = s.speed[2] + spin[0] * ry - spin[1] * rx
     away = n[0] * vx + n[1] * vy + n[2] * vz
-    force, by_depth, by_rate = normal_force(law, depth, -away)
+    force, by_depth, by_rate = normal_force(law, s.damping, depth, -away)
     if force == 0.0:
         return
     force, by_depth, by_rate = s.softening * force, s.softening * by_depth, s.softening * by_rate
@@ -130,7 +150,9 @@ def _add_point(law, m, depth, weight, want, s):
             uy = spin[2] * px - spin[0] * pz
             uz = spin[0] * py - spin[1] * px
             nx, ny, nz = s.normal_slopes[0, c], s.normal_slopes[1, c], s.normal_slopes[2, c]
-            change = s.weight_slopes[m, c] * force + weight * by_depth * s.depth_slopes[c]
+            change = s.weight_slopes[m, c] * force + weight * by_depth * s.depth_slopes[m, c]
+            if law.damping_ratio > 0.0:
+                change -= weight * by_rate * away * s.damping_slopes[c] / s.damping
         elif c == 6:
             ux, uy, uz = 1.0, 0.0, 0.0
         elif c == 7:
@@ -169,14 +191,14 @@ def _on_floor(law, height, half, want, s):
     s.normal_slopes[:, :] = 0.0
     incident_face(half, s.spun, s.shift, 2, 1.0, s.points)
     for m in range(4):
-        depth = height - s.points[m, 2]
-        if depth > 0.0:
-            if want:
-                s.weight_slopes[m] = 0.0
-                rigid(s.points[m], s.mass_centre, s.slopes[m])
-                for c in range(6):
-                    s.depth_slopes[c] = -s.slopes[m, 2, c]
-            _add_point(law, m, depth, 0.25, want, s)
+        s.weights[m] = 0.25
+        s.depths[m] = height - s.points[m, 2]
+        if want and s.depths[m] > 0.0:
+            s.weight_slopes[m] = 0.0
+            rigid(s.points[m], s.mass_centre, s.slopes[m])
+            for c in range(6):
+                s.depth_slopes[m, c] = -s.slopes[m, 2, c]
+    _add_points(law, 4, want, s)
 
 
 @compiled
@@ -202,12 +224,11 @@ def _on_face(law, reference, incident, axis, want, s):
     s.normal[axis] = sign
     s.normal_slopes[:, :] = 0.0
     for m in range(count):
-        depth = reference[axis] - sign * s.points[m, axis]
-        if depth > 0.0:
-            if want:
-                for c in range(6):
-                    s.depth_slopes[c] = -sign * s.slopes[m, axis, c]
-            _add_point(law, m, depth, s.weights[m], want, s)
+        s.depths[m] = reference[axis] - sign * s.points[m, axis]
+        if want and s.depths[m] > 0.0:
+            for c in range(6):
+                s.depth_slopes[m, c] = -sign * s.slopes[m, axis, c]
+    _add_points(law, count, want, s)
 
 
 @compiled
@@ -285,6 +306,10 @@ def touch(law, height, bodies, a, b, p, turn, v, w, want, s):
         _clear(want, s)
         s.softening = softening(law, bodies[a].mass)
         _place_on_floor(bodies, a, p, turn, v, w, s)
+        if law.damping_ratio > 0.0:
+            put_ease(bodies[a], s.incident_ease)
+            s.reference_ease[:] = 0.0
+            s.reference_centre[:] = 0.0
         _on_floor(law, height, bodies[a].half, want, s)
         return a, FLOOR
     _place(bodies, a, b, p, turn, s)
@@ -301,13 +326,18 @@ def touch(law, height, bodies, a, b, p, turn, v, w, want, s):
         incident, reference = a, b
         _place(bodies, b, a, p, turn, s)
     _move(incident, reference, p, turn, v, w, s)
+    if law.damping_ratio > 0.0:
+        put_ease(bodies[incident], s.incident_ease)
+        put_ease(bodies[reference], s.reference_ease)
+        s.reference_centre[:] = bodies[reference].offset
     if kind == EDGES:
-        depth = crossing(
+        s.depths[0] = crossing(
             bodies[a].half, bodies[b].half, s.spun, s.shift, s.mass_centre, one, two, s.normal,
-            s.normal_slopes, s.points[0], s.slopes[0], s.depth_slopes,
+            s.normal_slopes, s.points[0], s.slopes[0], s.depth_slopes[0],
         )  # fmt: skip
+        s.weights[0] = _CROSSING_WEIGHT
         s.weight_slopes[0] = 0.0
-        _add_point(law, 0, depth, _CROSSING_WEIGHT, want, s)
+        _add_points(law, 1, want, s)
     else:
         _on_face(law, bodies[reference].half, bodies[incident].half, one, want, s)
     _to_world(turn[reference], want, s)

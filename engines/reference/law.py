@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
+
+from scipy.optimize import brentq
 
 from steadyload.engines.reference.compiled import compiled
 
@@ -21,6 +24,8 @@ class Law(NamedTuple):
         friction_speed: sliding speed at which friction has become dynamic [m/s].
         most_rate: a contact is made softer, damping and all, where a body of its own mass would
             vibrate on it at more than this [rad/s].
+        damping_ratio: share of the critical damping that every contact has at full depth, in the
+            place of ``damping``; 0 for ``damping``.
     """
 
     stiffness: float
@@ -32,6 +37,28 @@ class Law(NamedTuple):
     stiction_speed: float
     friction_speed: float
     most_rate: float
+    damping_ratio: float = 0.0
+
+
+LEAST_REBOUND = 1e-4
+"""Less restitution than this counts as this: it takes fifty times the critical damping."""
+
+
+def damping_ratio(rebound: float) -> float:
+    """The share of critical damping at which a linear contact has a coefficient of restitution.
+
+    The bodies part where the force has become zero, which is before the depth has: T. Schwager and
+    T. Poeschel, Coefficient of restitution and linear-dashpot model revisited, Granular Matter 9
+    (2007) 465-469. At a share cos(a) their coefficient is exp(-2 a / tan(a)), and above critical
+    damping, at cosh(a), it is exp(-2 a / tanh(a)). It depends on neither speed nor mass.
+
+    Args:
+        rebound: the coefficient, 0 to 0.999.
+    """
+    lost = -0.5 * math.log(max(rebound, LEAST_REBOUND))
+    if lost < 1.0:
+        return math.cos(brentq(lambda a: a / math.tan(a) - lost, 1e-9, 0.5 * math.pi, xtol=1e-15))
+    return math.cosh(brentq(lambda a: a / math.tanh(a) - lost, 1e-9, lost, xtol=1e-15))
 
 
 @compiled
@@ -45,11 +72,12 @@ def softening(law, mass):
 
 
 @compiled
-def normal_force(law, depth, rate):
+def normal_force(law, damping, depth, rate):
     """K d^e + C step(d / d_max) d', never a pull, of a polygon's whole weight.
 
     Args:
         law: the parameters.
+        damping: C [N s/m], ``law.damping`` unless that follows the bodies.
         depth: penetration d [m].
         rate: d' [m/s].
 
@@ -67,10 +95,10 @@ def normal_force(law, depth, rate):
     if depth < law.damping_depth:
         u = depth / law.damping_depth
         share, share_slope = u * u * (3.0 - 2.0 * u), 6.0 * u * (1.0 - u) / law.damping_depth
-    force = elastic + law.damping * share * rate
+    force = elastic + damping * share * rate
     if force <= 0.0:
         return 0.0, 0.0, 0.0
-    return force, slope + law.damping * share_slope * rate, law.damping * share
+    return force, slope + damping * share_slope * rate, damping * share
 
 
 @compiled

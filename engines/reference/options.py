@@ -8,7 +8,7 @@ from enum import StrEnum
 from types import MappingProxyType
 
 from steadyload.engines.quantities import check_ranges, quantity
-from steadyload.engines.reference.law import Law
+from steadyload.engines.reference.law import Law, damping_ratio
 
 
 class Contact(StrEnum):
@@ -67,8 +67,8 @@ class ReferenceOptions:
     """Accuracy and contact. Values that are None come with ``contact``.
 
     Raises:
-        ValueError: a value outside its range, or friction that would have to become dynamic before
-            it is full.
+        ValueError: a value outside its range, friction that would have to become dynamic before it
+            is full, or a coefficient of restitution for contacts that have none.
     """
 
     tolerance: float = quantity(
@@ -102,6 +102,10 @@ class ReferenceOptions:
     floor_gap: float | None = quantity(
         None, "distance of the floor below z = 0", unit="m", least=0, most=1
     )
+    rebound: float | None = quantity(
+        None, "coefficient of restitution, in the place of damping_time", least=0, most=0.999,
+        later=True,
+    )  # fmt: skip
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "integrator", Integrator(self.integrator))
@@ -116,6 +120,20 @@ class ReferenceOptions:
             raise ValueError(
                 f"friction_speed is {self.value('friction_speed'):g} m/s; allowed: more than "
                 f"stiction_speed, {self.value('stiction_speed'):g} m/s"
+            )
+        if self.rebound is not None:
+            self._check_rebound(self.rebound)
+
+    def _check_rebound(self, rebound: float) -> None:
+        if self.damping_time is not None:
+            raise ValueError(
+                f"rebound is {rebound:g} and damping_time {self.damping_time:g} s; allowed: one of "
+                "them, as both say how contacts are damped"
+            )
+        if self.value("exponent") != 1.0:
+            raise ValueError(
+                f"rebound is {rebound:g} at an exponent of {self.value('exponent'):g}; allowed: an "
+                "exponent of 1, at which restitution does not depend on the speed"
             )
 
     def value(self, name: str) -> float:
@@ -135,4 +153,5 @@ class ReferenceOptions:
             self.value("stiction_speed"),
             self.value("friction_speed"),
             self.value("most_rate"),
+            0.0 if self.rebound is None else damping_ratio(self.rebound),
         )

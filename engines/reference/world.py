@@ -71,7 +71,7 @@ class ReferenceWorld(FixedStepWorld):
         settings=declare(
             friction=SettingSupport(Support.HONOURED, "static coefficient, regularised"),
             restitution=SettingSupport(
-                Support.IGNORED, "contacts are damped; none bounces by a coefficient"
+                Support.IGNORED, "contacts are damped; a coefficient is its own option, rebound"
             ),
             linear_damping=SettingSupport(Support.HONOURED, "v ln(1 - d) in the equations"),
             angular_damping=SettingSupport(Support.HONOURED, "w ln(1 - d) in the equations"),

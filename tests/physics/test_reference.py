@@ -30,6 +30,7 @@ from steadyload.engines.world import (
 )
 
 SOFT = Law(1e6, 1.2, 1e3, 1e-5, 0.5, 0.4, 1e-3, 1e-2, 1e9)
+REBOUNDING = SOFT._replace(exponent=1.0, damping=0.0, damping_ratio=2.0)
 FIELD = Field(np.array([0.3, 0.2, -GRAVITY]), 0.0, 0.1, 0.2)
 
 
@@ -81,11 +82,11 @@ class Pile:
         )  # fmt: skip
         return out
 
-    def linearise(self):
+    def linearise(self, law=SOFT):
         """Derivatives of the mass-weighted accelerations by poses and velocities, (18, 18) each."""
         lin, out = make_linearisation(3, len(self.pairs)), np.zeros((3, 6))
         touching = linearise(
-            SOFT, FIELD, self.bodies, self.pairs, self.p, self.turn, self.v, self.w, out, lin,
+            law, FIELD, self.bodies, self.pairs, self.p, self.turn, self.v, self.w, out, lin,
             self.scratch,
         )  # fmt: skip
         by_pose, by_velocity, mass = np.zeros((3, 3, 6, 3, 6))
@@ -103,10 +104,11 @@ class Pile:
 
 
 @pytest.mark.parametrize("tilt", [1e-4, 1e-2, 0.5])
+@pytest.mark.parametrize("law", [SOFT, REBOUNDING], ids=["damped", "rebounding"])
 @pytest.mark.parametrize("seed", range(8))
-def test_derivatives_are_those_of_finite_differences(seed, tilt):
+def test_derivatives_are_those_of_finite_differences(seed, law, tilt):
     pile = Pile(seed, tilt, 1e-3)
-    (by_pose, by_velocity, mass), touching = pile.linearise()
+    (by_pose, by_velocity, mass), touching = pile.linearise(law)
     assert touching >= 3
     for analytic, which, step in ((by_pose, 0, 1e-9), (by_velocity, 1, 1e-7)):
         found = np.zeros((18, 18))
@@ -117,13 +119,14 @@ def test_derivatives_are_those_of_finite_differences(seed, tilt):
             for sign in (1.0, -1.0):
                 arguments = [None, None]
                 arguments[which] = (sign * change).reshape(3, 6)
-                sides.append(pile.accelerations(*arguments).ravel())
+                sides.append(pile.accelerations(*arguments, law).ravel())
             found[:, k] = mass @ (sides[0] - sides[1]) / (2.0 * step)
         # Corners that appear within a step, and rounding, are what is left.
         assert np.abs(analytic - found).max() < 1e-5 * np.abs(found).max()
 
 
-def test_derivatives_of_crossing_edges_are_exact():
+@pytest.mark.parametrize("law", [SOFT, REBOUNDING], ids=["damped", "rebounding"])
+def test_derivatives_of_crossing_edges_are_exact(law):
     # One box stands on its edge across another that stands on its edge.
     pile = Pile(3, 0.0, 1e-3)
     pile.turn = turned(np.array([[math.pi / 4, 0.02, 0.03], [0.01, math.pi / 4, 0.02], [0, 0, 0]]))
@@ -140,14 +143,14 @@ def test_derivatives_of_crossing_edges_are_exact():
             break
     assert kind == EDGES
     pile.pairs = np.array([(0, 1)])
-    (by_pose, _, mass), touching = pile.linearise()
+    (by_pose, _, mass), touching = pile.linearise(law)
     assert touching == 1
     found = np.zeros((18, 18))
     for k in range(18):
         change = np.zeros(18)
         change[k] = 1e-8
-        both = [pile.accelerations(pose=(s * change).reshape(3, 6)).ravel() for s in (1.0, -1.0)]
-        found[:, k] = mass @ (both[0] - both[1]) / 2e-8
+        both = [pile.accelerations((s * change).reshape(3, 6), law=law) for s in (1.0, -1.0)]
+        found[:, k] = mass @ (both[0] - both[1]).ravel() / 2e-8
     assert np.abs(by_pose - found).max() < 1e-5 * np.abs(found).max()
 
 
@@ -182,12 +185,16 @@ def test_the_contact_force_is_continuous_under_small_motions(seed):
 def test_normal_and_friction_forces_have_the_derivatives_they_say():
     for depth in (1e-7, 5e-6, 2e-5):
         for rate in (-1e-3, 0.0, 2e-3):
-            force, by_depth, by_rate = normal_force(SOFT, depth, rate)
+            force, by_depth, by_rate = normal_force(SOFT, SOFT.damping, depth, rate)
             if force > 0.0:
                 step = 1e-5 * depth
-                up, down = (normal_force(SOFT, depth + s, rate)[0] for s in (step, -step))
+                up, down = (
+                    normal_force(SOFT, SOFT.damping, depth + s, rate)[0] for s in (step, -step)
+                )
                 assert by_depth == pytest.approx((up - down) / (2.0 * step), rel=1e-6)
-                up, down = (normal_force(SOFT, depth, rate + s)[0] for s in (1e-8, -1e-8))
+                up, down = (
+                    normal_force(SOFT, SOFT.damping, depth, rate + s)[0] for s in (1e-8, -1e-8)
+                )
                 assert by_rate == pytest.approx((up - down) / 2e-8, rel=1e-6, abs=1e-6)
     for speed in (3e-4, 9.9e-4, 2e-3, 8e-3, 2e-2):
         _, slope = friction_ratio(SOFT, speed)
@@ -195,7 +202,7 @@ def test_normal_and_friction_forces_have_the_derivatives_they_say():
         assert slope * speed == pytest.approx((up - down) / (2e-6 * speed), rel=1e-5)
     coefficient = [speed * friction_ratio(SOFT, speed)[0] for speed in (1e-3, 1e-2, 1.0)]
     assert coefficient == pytest.approx([0.5, 0.4, 0.4])
-    assert normal_force(SOFT, 1e-6, -10.0) == (0.0, 0.0, 0.0)  # a contact never pulls
+    assert normal_force(SOFT, SOFT.damping, 1e-6, -10.0) == (0.0, 0.0, 0.0)  # a contact never pulls
 
 
 @pytest.mark.parametrize("count", [1, 2, 7, 40])
