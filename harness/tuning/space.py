@@ -162,16 +162,17 @@ def space_on(engine: str, name: str = DEFAULT) -> Space:
     """A space on an engine, without the genes that play no part there.
 
     Raises:
-        TuningError: no such space or engine, or an engine that chooses its own steps.
+        TuningError: no such space or engine, or an engine that chooses its own steps, unless the
+            space is of contacts alone.
         EngineNotInstalledError: the engine's library is missing.
     """
     if name not in _spaces():
         raise TuningError(f"unknown space {name!r}; {nearest(name, _spaces())}")
     if engine not in engines():
         raise TuningError(f"unknown engine {engine!r}; {nearest(engine, engines())}")
-    if world_class(engine).capabilities.error_controlled:
-        raise TuningError(f"engine {engine!r} chooses its own steps: there is nothing to tune")
     table = _spaces()[name]
+    if world_class(engine).capabilities.error_controlled and not table.get("contacts_alone"):
+        raise TuningError(f"engine {engine!r} chooses its own steps: there is nothing to tune")
     declared = {f.name: f for f in dataclasses.fields(parameters_on(engine))}
     genes, start = [], []
     for gene_name, given in table["genes"].items():

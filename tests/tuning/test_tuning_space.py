@@ -153,6 +153,16 @@ def test_what_cannot_be_searched_is_refused(engine, name, message):
     assert message in str(caught.value)
 
 
+def test_contacts_are_searched_on_an_engine_that_chooses_its_own_steps():
+    space = space_on("reference", "motion")
+    assert [gene.name for gene in space.genes] == ["friction", "stiffness", "damping_time"]
+    parameters = space.parameters(space.with_values(space.start, {"damping_time": 6e-5}))
+    assert parameters.damping_time == 6e-5
+    usual = make_method("label@reference").parameters.world_settings().options
+    start = space.parameters(space.start).world_settings().options
+    assert all(start.value(name) == usual.value(name) for name in ("stiffness", "damping_time"))
+
+
 # --- made from a tuned parameter set ------------------------------------------------------------
 
 
