@@ -43,7 +43,7 @@ REFUSED = {
     "deep-maps.yaml": "is nested too deeply at line 2; allowed: 32 levels",
 }
 
-CPU_SECONDS = 2
+CPU_SECONDS = 10
 MEMORY = 500
 """[MB], resident."""
 

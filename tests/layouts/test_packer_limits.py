@@ -88,7 +88,7 @@ def test_equal_names_are_numbered_in_linear_time():
     bins = [Bin(name, (50, 50, 50), [box]) for name in ["a (2)", *["a"] * 20_000]]
     begun = time.process_time()
     names = [layout.name for layout in plan(bins, (), "height").layouts]
-    assert time.process_time() - begun < 5.0
+    assert time.process_time() - begun < 20.0
     assert names[:4] == ["a (2)", "a", "a (3)", "a (4)"]
     assert len(set(names)) == len(names)
 
