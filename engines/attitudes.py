@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 FloatArray = NDArray[np.float64]
 
@@ -61,6 +61,18 @@ def rotation_vector(quaternion: Sequence[float]) -> tuple[float, float, float]:
         return (0.0, 0.0, 0.0)
     x, y, z = (2.0 * math.atan2(math.copysign(sine, w), abs(w)) / sine * part for part in axis)
     return (x, y, z)
+
+
+def degrees_apart(found: ArrayLike, expected: ArrayLike) -> float:
+    """Angle between two attitudes [degrees]; accurate for small ones, as an arc cosine is not.
+
+    Args:
+        found: unit quaternion (w, x, y, z), shape (4,); its opposite is the same attitude.
+        expected: likewise.
+    """
+    one, other = np.asarray(found), np.asarray(expected)
+    apart = min(float(np.linalg.norm(one - sign * other)) for sign in (1.0, -1.0))
+    return math.degrees(4.0 * math.asin(min(1.0, 0.5 * apart)))
 
 
 def axes_of_quaternion(quaternion: Sequence[float]) -> FloatArray:

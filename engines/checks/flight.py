@@ -7,12 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from steadyload.engines.attitudes import rotate
+from steadyload.engines.attitudes import degrees_apart, rotate
 from steadyload.engines.checks.euler import spun
 from steadyload.engines.checks.scenes import (
     FloatArray,
     WorldClass,
-    degrees_apart,
     expect,
     fill,
     mass_centres,

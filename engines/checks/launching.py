@@ -6,11 +6,10 @@ import math
 
 import numpy as np
 
-from steadyload.engines.attitudes import rotate
+from steadyload.engines.attitudes import degrees_apart, rotate
 from steadyload.engines.checks.scenes import (
     CUBE,
     WorldClass,
-    degrees_apart,
     expect,
     fill,
     mass_centres,

@@ -104,13 +104,6 @@ def turned_about(axis: Sequence[float], degrees: float) -> tuple[float, float, f
     return (math.cos(half), share * x, share * y, share * z)
 
 
-def degrees_apart(found: ArrayLike, expected: ArrayLike) -> float:
-    """Angle between two attitudes; accurate for small angles, as an arc cosine is not."""
-    one, other = np.asarray(found), np.asarray(expected)
-    apart = min(float(np.linalg.norm(one - sign * other)) for sign in (1.0, -1.0))
-    return math.degrees(4.0 * math.asin(min(1.0, 0.5 * apart)))
-
-
 def mass_centres(poses: Poses, scene: Sequence[Box]) -> FloatArray:
     """Centres of mass [m], shape (n, 3)."""
     return poses.centres + rotate(poses.quaternions, np.array([b.mass_offset for b in scene]))

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from steadyload.engines.attitudes import degrees_apart
 from steadyload.measured.derived import face_down, impacts, resting_height, time_to_rest
-from steadyload.measured.motion import FloatArray, Trial
+from steadyload.measured.motion import Trial
 
 _BEFORE = 0.015
 """Time before an impact at which a body counts as not yet struck [s]: two frames at 148 Hz, over
@@ -48,22 +48,16 @@ def deviation(record: Trial, found: Trial) -> Deviation:
     """
     face, wanted = (face_down(one.attitudes[-1]).name for one in (found, record))
     corners = found.corners
+    ends = (one.attitudes[-1] / np.linalg.norm(one.attitudes[-1]) for one in (found, record))
     return Deviation(
         face,
         face == wanted,
         float(np.linalg.norm(found.positions[-1, :2] - record.positions[-1, :2])),
-        degrees_between(found.attitudes[-1], record.attitudes[-1]),
+        degrees_apart(*ends),
         resting_height(found),
         0.0 if corners is None else min(0.0, float(corners[:, :, 2].min())),
         time_to_rest(found),
     )
-
-
-def degrees_between(first: FloatArray, second: FloatArray) -> float:
-    """Angle of the turn between two attitudes [degrees], 0 to 180."""
-    a, b = (np.asarray(q, dtype=np.float64) / np.linalg.norm(q) for q in (first, second))
-    apart = min(float(np.linalg.norm(a - b)), float(np.linalg.norm(a + b)))
-    return math.degrees(4.0 * math.asin(min(1.0, 0.5 * apart)))
 
 
 def distances(record: Trial, found: Trial, times: Sequence[float]) -> list[float | None]:

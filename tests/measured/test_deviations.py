@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 from motions import CUBE, bouncing, free_flight, resting, turned
 from scipy.spatial.transform import Rotation
 
+from steadyload.engines.attitudes import degrees_apart
 from steadyload.measured.deviations import (
     before_impacts,
-    degrees_between,
     deviation,
     distances,
 )
@@ -72,8 +72,8 @@ def test_angles_between_attitudes_are_those_of_rotations(seed, degrees):
     axis = random.normal(size=3)
     other = Rotation.from_rotvec(np.radians(degrees) * axis / np.linalg.norm(axis)) * first
     quaternions = [one.as_quat(scalar_first=True) for one in (first, other)]
-    assert degrees_between(*quaternions) == pytest.approx(degrees, abs=1e-6)
-    assert degrees_between(quaternions[1], -quaternions[0]) == pytest.approx(degrees, abs=1e-6)
+    assert degrees_apart(*quaternions) == pytest.approx(degrees, abs=1e-6)
+    assert degrees_apart(quaternions[1], -quaternions[0]) == pytest.approx(degrees, abs=1e-6)
 
 
 def test_distances_grow_with_a_difference_of_speed_and_end_with_the_record():
