@@ -36,14 +36,14 @@ class Ended(NamedTuple):
     memory: float
 
 
-def run_command(*arguments: str) -> Ended:
-    """A command of the command line with limits.
+def run_command(*arguments: str, cpu: int = CPU_LIMIT) -> Ended:
+    """A command of the command line with limits; that of CPU time is in seconds.
 
     A small process starts it: the kernel's peak of memory begins with that of the starting process,
     and a process that runs tests has had a lot.
     """
     command = [sys.executable, "-m", "steadyload.cli", *arguments]
-    limits = [str(CPU_LIMIT), str(ADDRESS_LIMIT * 2**20)]
+    limits = [str(cpu), str(ADDRESS_LIMIT * 2**20)]
     measured = subprocess.run(
         [sys.executable, "-S", "-c", MEASURE, *limits, *command],
         capture_output=True, text=True, check=True, env=os.environ | {"OPENBLAS_NUM_THREADS": "1"},

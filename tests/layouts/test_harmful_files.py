@@ -137,7 +137,8 @@ def test_memory_does_not_grow_with_the_layouts_that_are_judged(tmp_path, ended):
     for count in (3_000, 13_000):
         path = tmp_path / f"{count}.csv"
         path.write_text("\n".join([header, *(f"L{k}{row[1:]}" for k in range(count))]))
-        status, out, err, _, memory = ended("score", str(path), "-m", "sme", "--json")
+        judging = ("score", str(path), "-m", "sme", "--json")
+        status, out, err, _, memory = ended(*judging, cpu=60)  # memory has the bound here
         assert (status, err, out.count('"layout"')) == (0, "", count)
         peaks.append(memory)
     assert peaks[1] - peaks[0] < 15.0, "MiB for 10,000 layouts"
