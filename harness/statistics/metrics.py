@@ -8,6 +8,7 @@ the number of *clusters* allows.
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Mapping
 
@@ -20,6 +21,8 @@ from steadyload.statistics.estimate import NOTHING, Estimate
 from steadyload.statistics.placed import items_placed_by_case
 
 _Z = 1.959963984540054
+
+_ROUNDING = 1e-9
 
 RARE_CORRELATION = 0.02
 """Correlation of two cases of one cluster, of an event so rare that its own is not measurable.
@@ -85,18 +88,40 @@ def median(values: ArrayLike) -> Estimate:
     Args:
         values: independent ones.
     """
+    found = quantile(values, 0.5)
+    return dataclasses.replace(found, value=float(np.median(values))) if found.n else found
+
+
+def quantile(values: ArrayLike, share: float) -> Estimate:
+    """A quantile with the interval of order statistics that holds it in at least 95 % of samples.
+
+    It is the least value that at least this share of the values does not exceed. The number of
+    values below a quantile is binomial; at each end the interval leaves out as many
+    values as have a chance of at most 2.5 % together. It ends with the values there are.
+
+    Args:
+        values: independent ones; some may be infinite.
+        share: of all values that lie below it, above 0 and below 1.
+    """
     ordered = np.sort(np.asarray(values, dtype=float))
     n = len(ordered)
     if n == 0:
         return NOTHING
-    outside, left_out = 0.0, 0
-    while left_out < n // 2:
-        outside += 2.0 * math.comb(n, left_out) * 0.5**n
-        if outside > 0.05:
-            break
-        left_out += 1
-    end = max(left_out - 1, 0)
-    return Estimate(float(np.median(ordered)), float(ordered[end]), float(ordered[-1 - end]), n)
+    low = max(_left_out(n, share) - 1, 0)
+    high = n - 1 - max(_left_out(n, 1.0 - share) - 1, 0)
+    value = ordered[min(n - 1, math.ceil(share * n - _ROUNDING) - 1)]
+    return Estimate(float(value), float(ordered[low]), float(ordered[high]), n)
+
+
+def _left_out(n: int, share: float) -> int:
+    """The number k for which fewer than k of n values lie below a quantile in at most 2.5 %."""
+    below, k = 0.0, 0
+    while k < n:
+        below += math.comb(n, k) * share**k * (1.0 - share) ** (n - k)
+        if below > 0.025:
+            return k
+        k += 1
+    return k
 
 
 def ratio(above: ArrayLike, below: ArrayLike, clusters: Labels = None) -> Estimate:

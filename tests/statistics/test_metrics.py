@@ -13,6 +13,7 @@ from steadyload.statistics.metrics import (
     mean,
     median,
     outcomes,
+    quantile,
     share,
     weighted_share,
 )
@@ -103,6 +104,33 @@ def test_a_median_has_the_interval_of_order_statistics(n, low, high):
     assert (estimate.value, estimate.n) == ((n + 1) / 2, n)
     assert (estimate.low, estimate.high) == (low, high)
     assert math.isnan(median([]).value)
+
+
+@pytest.mark.parametrize("share_", [0.1, 0.5, 0.9])
+@pytest.mark.parametrize("n", [20, 143])
+def test_a_quantile_lies_in_its_interval_in_95_of_100_samples(share_, n):
+    random = np.random.default_rng(7)
+    found = [quantile(random.random(n), share_) for _ in range(2000)]
+    held = np.mean([one.low <= share_ <= one.high for one in found])
+    at_an_end = n == 20 and share_ != 0.5  # the largest of 20 values may lie below: 0.9^20
+    assert held > (0.86 if at_an_end else 0.945)
+    assert held < 0.985
+    assert np.mean([one.value for one in found]) == pytest.approx(share_, abs=0.05)
+
+
+@pytest.mark.parametrize(
+    ("values", "share_", "value", "low", "high"),
+    [
+        ([5.0], 0.9, 5.0, 5.0, 5.0),
+        (range(1, 11), 0.9, 9.0, 7.0, 10.0),
+        (range(1, 101), 0.9, 90.0, 84.0, 96.0),
+        ([1.0, 2.0, math.inf, math.inf], 0.9, math.inf, 2.0, math.inf),
+    ],
+)
+def test_a_quantile_is_a_value_that_is_there(values, share_, value, low, high):
+    found = quantile(list(values), share_)
+    assert (found.value, found.low, found.high, found.n) == (value, low, high, len(values))
+    assert math.isnan(quantile([], share_).value)
 
 
 def test_cases_of_one_layout_count_once():
