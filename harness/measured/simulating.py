@@ -21,6 +21,9 @@ _STILL = 0.1
 """Time without motion after which a body is at rest for good [s]: one that tips over an edge is
 slow for less."""
 
+VERSION = 1
+"""Of releases, simulations and deviations: raised when they come out otherwise."""
+
 _DIGITS = 9
 """Of spans between frames [s]: equal ones stay equal where times are rounded."""
 
@@ -33,7 +36,7 @@ def simulated(
     engine: str,
     settings: WorldSettings,
     frequency: float,
-    times: Sequence[float],
+    times: Sequence[float] | FloatArray,
 ) -> Trial:
     """A released body, simulated over the frames of a record and on until it rests.
 
@@ -73,7 +76,11 @@ def simulated(
 
 
 def end_pose(
-    box: Box, engine: str, settings: WorldSettings, frequency: float, seconds: float
+    box: Box,
+    engine: str,
+    settings: WorldSettings,
+    frequency: float,
+    times: Sequence[float] | FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
     """Centre [m] and attitude (w, x, y, z) of a released body at rest, at less cost than its way.
 
@@ -81,22 +88,23 @@ def end_pose(
         box: as released.
         engine: registered name, of three dimensions.
         settings: of its world.
-        frequency: substeps a second.
-        seconds: after which it is looked at, and then every 0.1 s until it rests, at most for
-            :data:`LONGER`.
+        frequency: substeps a second, at least, as of :func:`simulated`.
+        times: of the frames of the record [s], rising. After them it is looked at, and then every
+            0.1 s until it rests, at most for :data:`LONGER`.
 
     Raises:
         EngineError: see :func:`simulated`.
     """
-    length = 1.0 / frequency
+    span = round(float(np.median(np.diff(times))), _DIGITS)
+    length = span / _substeps(span, frequency)
     with open_world(engine, settings) as world:
         world.add_box(box)
         world.prepare()
-        step(world, round(seconds * frequency), length)
+        step(world, round(float(times[-1] - times[0]) / length), length)
         for _ in range(round(LONGER / _STILL)):
             if _is_still(world):
                 break
-            step(world, round(_STILL * frequency), length)
+            step(world, round(_STILL / length), length)
         poses = world.poses()
     return poses.centres[0], poses.quaternions[0]
 
@@ -105,6 +113,11 @@ def step(world: FixedStepWorld, count: int, length: float) -> None:
     """Advance a world by exactly so many substeps of a length [s], whatever rounds."""
     if count:
         world.stepSimulation((count + 0.5) * length, count, length)
+
+
+def _substeps(span: float, frequency: float) -> int:
+    """Number of substeps between two frames: at least so many a second, and whole."""
+    return max(1, math.ceil(span * frequency - 1e-6))
 
 
 _Frame = tuple[float, FloatArray, FloatArray, FloatArray, FloatArray]
@@ -119,7 +132,7 @@ def _frames(
     before = float(times[0])
     for time in np.concatenate([times[1:], more]).tolist():
         span = round(time - before, _DIGITS)
-        count = max(1, math.ceil(span * frequency - 1e-6))
+        count = _substeps(span, frequency)
         step(world, count, span / count)
         before = time
         yield _frame(world, time)

@@ -81,8 +81,21 @@ def test_a_cube_that_slides_stops_after_the_way_of_coulomb(spatial, friction):
     found = simulated("t", box, spatial, WorldSettings(friction=friction), 960, times)
     way = speed**2 / (2.0 * friction * GRAVITY)
     assert found.positions[-1, 0] == pytest.approx(way, rel=0.1, abs=1e-3)
-    centre, attitude = end_pose(
-        box, spatial, WorldSettings(friction=friction), 960, float(times[-1])
-    )
+    centre, attitude = end_pose(box, spatial, WorldSettings(friction=friction), 960, times)
     assert centre[0] == pytest.approx(way, rel=0.1, abs=1e-3)
     assert face_down(attitude).name == "-z"
+
+
+def test_the_last_pose_alone_is_that_of_the_whole_way():
+    """Both take the same substeps."""
+    for seed in range(4):
+        random = np.random.default_rng(seed)
+        box = Box(
+            CUBE, 0.4, (0.0, 0.0, 0.2), attitude=tuple(turned(random.normal(size=3), [2.0])[0]),
+            velocity=(0.5, 0.2, 0.0), angular_velocity=tuple(random.normal(0.0, 3.0, 3)),
+        )  # fmt: skip
+        times = np.arange(148) / 148.0
+        found = simulated("t", box, "mujoco", WorldSettings(friction=0.3), 480, times)
+        centre, attitude = end_pose(box, "mujoco", WorldSettings(friction=0.3), 480, times)
+        assert centre == pytest.approx(found.positions[147], abs=1e-6)
+        assert attitude == pytest.approx(found.attitudes[147], abs=1e-6)
