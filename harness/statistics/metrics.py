@@ -88,8 +88,8 @@ def median(values: ArrayLike) -> Estimate:
     Args:
         values: independent ones.
     """
-    found = quantile(values, 0.5)
-    return dataclasses.replace(found, value=float(np.median(values))) if found.n else found
+    found, array = quantile(values, 0.5), np.asarray(values, dtype=float)
+    return dataclasses.replace(found, value=float(np.median(array))) if found.n else found
 
 
 def quantile(values: ArrayLike, share: float) -> Estimate:
