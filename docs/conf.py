@@ -61,6 +61,7 @@ NAVIGATION = {
         "docs/learners",
         "docs/benchmark",
         "docs/measured",
+        "docs/reality",
         "docs/field-test",
         "harness/layouts/benchmark/THIRD-PARTY",
         "docs/cluster",

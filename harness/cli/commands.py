@@ -121,12 +121,19 @@ TOPICS: Mapping[str, tuple[str, Group]] = {
         "a study of your own, or one of the package: what methods and engines get right, and cost",
         Group.COMPARE,
     ),
-    "reality": ("methods compared with what was measured of real loads", Group.COMPARE),
+    "reality": (
+        "methods and engines compared with what was measured of real loads and bodies; with flags "
+        "alone it is study reality",
+        Group.COMPARE,
+    ),
     "cascade": ("fit the thresholds of cascades", Group.BUILD),
     "benchmark": ("the labelled set: look, export, import", Group.BUILD),
     "pages": ("list, remake and index the published pages", Group.REMAKE),
 }
 """First word of commands of two words -> summary, and group of the help."""
+
+OF_TOPICS: Mapping[str, str] = {"reality": "study reality"}
+"""First word of commands of two words -> the command that flags right after it belong to."""
 
 RENAMED: Mapping[str, str] = {
     "report": "study report",

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from importlib import metadata
 from typing import Any
 
-from steadyload.cli.commands import RENAMED, TOPICS, Command, Group, commands
+from steadyload.cli.commands import OF_TOPICS, RENAMED, TOPICS, Command, Group, commands
 from steadyload.cli.flags import HELP, UsageError, parsed, print_help
 from steadyload.cli.terminal import say, say_warnings
 from steadyload.engines.errors import EngineInputError
@@ -62,6 +62,8 @@ def command_of(words: Sequence[str]) -> Any:
         print(metadata.version("steadyload"))
         return None
     first, *rest = _present(words)
+    if first in OF_TOPICS and rest and rest[0].startswith("-") and rest[0] not in HELP:
+        first, *rest = *OF_TOPICS[first].split(), *rest
     if first in TOPICS:
         actions = {name: c for name, c in known.items() if name.split()[0] == first}
         if not rest or rest[0] in HELP:

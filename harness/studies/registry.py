@@ -41,6 +41,7 @@ STUDIES: dict[str, str] = {
     "transport": "steadyload.studies.transport.study:Transport",
     "packers": "steadyload.studies.packers.study:Packers",
     "repair": "steadyload.studies.repair.study:RepairStudy",
+    "reality": "steadyload.studies.reality.study:Reality",
     "scale": "steadyload.studies.scale.study:Scale",
 }
 """Study -> import path of its declaration, in the order of the index of pages."""

@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -133,6 +134,19 @@ def test_an_earlier_name_of_a_study_brings_what_it_meant_and_flags_override_it()
     was = running.command_of(["real", "--timeout", "60", "--limit", "2"])
     assert (was.directory, was.asked, was.timeout, was.small) == ("real", "both", 60.0, 60)
     assert was.limit == 2
+
+
+def test_flags_right_after_a_topic_are_of_its_study(capsys):
+    words = ["--data", "x.csv", "--engine", "mujoco", "--trials", "40", "-o", "page"]
+    short, whole = (
+        running.command_of([*first, *words]) for first in (["reality"], ["study", "reality"])
+    )
+    assert vars(short) == vars(whole)
+    assert (short.data, short.engines, short.trials) == (Path("x.csv"), ("mujoco",), 40)
+    assert main(["reality", "--help"]) == 0
+    assert "field" in capsys.readouterr().out
+    assert main(["reality", "--dta", "x.csv"]) == 2
+    assert "study reality: unknown flag '--dta'; did you mean '--data'" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

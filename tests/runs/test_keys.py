@@ -34,6 +34,7 @@ from steadyload.learners.plans.plan import Plan, PlannedTraining
 from steadyload.learners.plans.trainings import Workshop
 from steadyload.learners.plans.verdicts import JudgedPart
 from steadyload.learners.sequences import sequences_of
+from steadyload.measured.releases import Noise
 from steadyload.properties.property import MethodUnderTest
 from steadyload.properties.registry import PROPERTIES
 from steadyload.runs import units
@@ -47,6 +48,9 @@ from steadyload.studies.engines.speed import SpeedUnit, ThroughputUnit
 from steadyload.studies.extremes.running import CellUnit
 from steadyload.studies.extremes.sizes import SizeUnit
 from steadyload.studies.properties import testing as properties
+from steadyload.studies.reality.fitting import FitUnit
+from steadyload.studies.reality.record import Record, RecordUnit
+from steadyload.studies.reality.releasing import JitterUnit, ReleasedUnit, Taken
 from steadyload.studies.repair.confirming import EngineUnit, LabelUnit
 from steadyload.studies.repair.ways import ChangeUnit
 from steadyload.studies.scale.measuring import Size
@@ -207,6 +211,7 @@ def network_trainings():
 
 
 CASES = (("as given", ONE),)
+RECORD = Record("8f14e45fceea167a5a36")
 LOAD = transport.Load("set", "name", ONE, "list")
 
 ASKED = {
@@ -278,6 +283,30 @@ ASKED = {
         {"question": "label of a changed plan", "method": "label@reference:question=stands"},
         "4c2e0b98126384704310",
     ),
+    RecordUnit: (
+        RecordUnit(RECORD, 0, MADE),
+        {"question": "recorded motion", "version": 1},
+        "697d0f896d4c9b3d4de0",
+    ),
+    ReleasedUnit: (
+        ReleasedUnit(RECORD, "simulation@mujoco", Taken(offset=(0.0, 0.0, 0.005)), MADE),
+        {"question": "released bodies", "version": 1},
+        "b262949500ab86b9a2b9",
+    ),
+    JitterUnit: (
+        JitterUnit(RECORD, "fit", 0, "simulation@mujoco", Taken(), Noise(), 0.5, 24, MADE),
+        {"question": "jittered releases", "version": 1},
+        "d9f02fd3f06c2f77c5ff",
+    ),
+    FitUnit: (
+        FitUnit(RECORD, 0, "mujoco", {"friction": (0.1, 0.2)}, {"friction": 0.18}, Taken(), MADE),
+        {
+            "question": "fitted contacts", "version": 1, "proposals": 1, "space": "motion",
+            "algorithm": "genetic", "seeds": (0, 1), "population": 8, "generations": 6,
+            "scales": (2.0, 10.0),
+        },
+        "1b84b89da3c46ae11e6f",
+    ),
     TraceUnit: (TraceUnit(CASES, MADE), {"question": "traces"}, "0b41f648a8bc8eb0fdac"),
     ScreenedUnit: (ScreenedUnit(CASES, MADE), {"question": "both"}, "3c48a2d7be6f18709104"),
     CertaintyUnit: (
@@ -289,7 +318,13 @@ ASKED = {
 """Of what is asked once and kept: one of each class, what the class states, and the key of that
 one, under which rows are kept: it never changes. Other classes are made by their types."""
 
-OTHERS = {"uncertainty": "position=3mm", "half_width": 0.1, "decide": 0.25, "most": 512}
+OTHERS = {
+    "record": Record("c9f0f895fb98ab9159f5"),
+    "uncertainty": "position=3mm",
+    "half_width": 0.1,
+    "decide": 0.25,
+    "most": 512,
+}
 """By field, another value where the usual one is none."""
 
 

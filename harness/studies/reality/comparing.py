@@ -1,0 +1,371 @@
+"""Errors of engines against the record: by way, by what the body is taken to be, and on the way."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
+
+import numpy as np
+
+from steadyload.measured.flight import FlightFacts
+from steadyload.reports.columns import column, decimal, fixed, general, row, significant
+from steadyload.statistics.estimate import Estimate
+from steadyload.statistics.metrics import median
+from steadyload.studies.reality.chances import Calibration, Chances, calibration
+from steadyload.studies.reality.errors import (
+    BothHalves,
+    Errors,
+    Step,
+    both_halves,
+    errors_of,
+    guessed,
+    of_half,
+    steps_of,
+)
+from steadyload.studies.reality.fitting import OFF_CM, SPACE, TURN_DEG
+from steadyload.studies.reality.loading import Changed, Difference, changed, differences
+from steadyload.studies.reality.record import FIT, MEASURED, Recorded
+from steadyload.studies.reality.releasing import SINCE_CONTACT
+from steadyload.studies.reality.running import CENTRE, FREQUENCY, AllMeasured, ByEngine, Way
+from steadyload.studies.reality.tosses import Worst, worst
+
+_one_digit = partial(decimal, digits=1)
+_whole = partial(decimal, digits=0)
+
+_LEAST_TRIALS = 8
+"""With an error after so many impacts, for it to be shown."""
+
+
+@row
+class Flight:
+    """Facts of free flight: of the body and of its record, by the trials that they are of."""
+
+    trials: str = column("trials", left=True)
+    n: int = column()
+    x_mm: Estimate = column("centre of mass, x mm", _one_digit)
+    y_mm: Estimate = column("y mm", _one_digit)
+    z_mm: Estimate = column("z mm", _one_digit)
+    gravity: Estimate = column("gravity m/s2", decimal)
+    offset_mm: float
+    scale: float = column("lengths times", lambda scale: fixed(scale, 3))
+
+
+@row
+class Grown:
+    """Distance between simulation and record at a time, or before an impact."""
+
+    engine: str = column(left=True)
+    name: str
+    at: float = column(form=general)
+    trials: int = column("n")
+    off_cm: Estimate = column("off cm, median", _one_digit)
+
+
+@row
+class Rest:
+    """How a body rests by an engine, beside the record."""
+
+    engine: str = column(left=True)
+    height_mm: Estimate = column("height mm, median", _one_digit)
+    sunk_mm: float | None = column("sunk in at rest mm", lambda mm: fixed(mm, 2))
+    deepest_mm: Estimate = column("deepest corner mm, median", _one_digit, "of all frames")
+    later_s: Estimate = column("rests later by s, median", decimal)
+    moving: int = column("still moving")
+    failed: int = column()
+
+
+@row
+class Cost:
+    """CPU time of an engine."""
+
+    engine: str = column(left=True)
+    trial_ms: float | None = column("ms a trial", significant)
+    fit_s: float | None = column("fit s", fixed)
+    tried: int = column("sets tried")
+    jitters_s: float | None = column("jitters s", fixed)
+
+
+@row
+class Closeness:
+    """How close the trials of the half for fitting end, by a contact parameter.
+
+    Of all sets with that value the closest one counts.
+    """
+
+    engine: str
+    name: str
+    value: float
+    closeness: float
+
+
+@row
+class Found:
+    """Everything the page shows.
+
+    Attributes:
+        best: the engine that is closest on the half for fitting, on the other half with the
+            contacts fitted.
+    """
+
+    recorded: Recorded
+    best: Errors
+    fitted: Sequence[Errors]
+    guesses: Sequence[Errors]
+    ways: Sequence[BothHalves]
+    flights: Sequence[Flight]
+    steps: Sequence[Step]
+    by_time: Sequence[Grown]
+    by_impacts: Sequence[Grown]
+    rests: Sequence[Rest]
+    costs: Sequence[Cost]
+    friction: Sequence[Closeness]
+    calibrations: Sequence[Calibration]
+    differences: Sequence[Difference]
+    changed: Sequence[Changed]
+    worst: Sequence[Worst]
+    missing: Sequence[str]
+    jitters: int
+    scale: float
+    cpu_hours: float
+    made_with: Mapping[str, str]
+    measured: AllMeasured
+    frequency: int = FREQUENCY
+    space: str = SPACE
+    half_off_cm: float = OFF_CM
+    half_turn_deg: float = TURN_DEG
+
+    @property
+    def all_fitted(self) -> Sequence[Errors]:
+        """Fitted engines on the half that is measured, and guesses."""
+        return [*self.fitted, *self.guesses]
+
+    @property
+    def released(self) -> Errors:
+        """The guess that a body stays as it is released."""
+        return self.guesses[0]
+
+    @property
+    def landed(self) -> Errors:
+        """The guess that it flies freely and stays as it first touches the floor."""
+        return self.guesses[1]
+
+    @property
+    def measured_trials(self) -> int:
+        """Trials of the half on which errors are measured."""
+        return self.best.trials
+
+    @property
+    def fit_trials(self) -> int:
+        """Trials of the half on which contacts are fitted."""
+        return len(self.recorded.tosses) - self.best.trials
+
+    @property
+    def chosen(self) -> Sequence[Chances]:
+        """Chances on the half that is measured, with the factor that was chosen."""
+        return [one.chosen for one in self.calibrations]
+
+    @property
+    def plain(self) -> Sequence[Chances]:
+        """Likewise with the noise as it is."""
+        return [one.plain for one in self.calibrations]
+
+    @property
+    def surest(self) -> Chances | None:
+        """Chances of least log loss; None where none are jittered."""
+        return min(self.chosen, key=lambda one: one.log_loss.value, default=None)
+
+    @property
+    def alike(self) -> int:
+        """Trials that all engines get wrong in the same way."""
+        return sum(one.alike for one in self.worst)
+
+    @property
+    def flight(self) -> Flight:
+        """Facts of the flights of the half for fitting, which engines are given."""
+        return next(one for one in self.flights if one.trials == FIT)
+
+    @property
+    def centred(self) -> Step | None:
+        """Errors with the centre of mass in the middle; None without steps of the body."""
+        return self._step(-1)
+
+    @property
+    def off_centre(self) -> Step | None:
+        """Errors with the centre of mass that flights show; None likewise."""
+        return self._step(0)
+
+    def _step(self, aside: int) -> Step | None:
+        """The step of the centre of mass, or one beside it."""
+        place = next((k for k, one in enumerate(self.steps) if one.step == CENTRE), None)
+        return None if place is None else self.steps[place + aside]
+
+    @property
+    def height_mm(self) -> float:
+        """Height of the centre at rest in the record, median [mm]."""
+        return 1e3 * self.recorded.height_m
+
+    @property
+    def noise_mm(self) -> float:
+        """Noise of a released position [mm]."""
+        return 1e3 * self.recorded.noise.position_m
+
+    @property
+    def noise_cms(self) -> float:
+        """Noise of a released velocity [cm/s]."""
+        return 1e2 * self.recorded.noise.velocity_ms
+
+    @property
+    def half_edge_mm(self) -> float:
+        """Half of the body's height, of a body that is as high on every side [mm]."""
+        return 500.0 * min(self.recorded.size)
+
+    @property
+    def is_cube(self) -> bool:
+        """Whether all sides are equal."""
+        return len({*self.recorded.size}) == 1
+
+    @property
+    def differing(self) -> Sequence[Difference]:
+        """Fitted parameters that differ from those of the preset."""
+        return [one for one in self.differences if one.differs]
+
+    @property
+    def frictions(self) -> Sequence[Difference]:
+        """Fitted coefficients of friction."""
+        return [one for one in self.differences if one.parameter == "friction"]
+
+    @property
+    def changed_by_friction(self) -> Sequence[Changed]:
+        """Verdicts on layouts that change when the friction alone is as fitted."""
+        return [one for one in self.changed if one.change == "friction"]
+
+    @property
+    def changed_otherwise(self) -> Sequence[Changed]:
+        """Likewise when bounce and hardness alone are."""
+        return [one for one in self.changed if one.change == "bounce and hardness"]
+
+
+def compare(found: AllMeasured) -> Found:
+    """Errors of all engines; every interval resamples trials."""
+    recorded = found.recorded
+    faces = {toss.name: toss.face for toss in recorded.tosses}
+    scale, tosses = found.taken.scale, of_half(recorded, MEASURED)
+    fitted = {one.name: errors_of(one, Way.FITTED, recorded, MEASURED) for one in found.engines}
+    closest = max(found.engines, key=lambda one: one.fitted.closeness)
+    jittered = [one for one in found.engines if one.jittered]
+    return Found(
+        recorded=recorded,
+        best=fitted[closest.name],
+        fitted=list(fitted.values()),
+        guesses=[
+            guessed("stays as released", [toss.as_released for toss in tosses], scale),
+            guessed("stays as it lands", [toss.as_landed for toss in tosses], scale),
+        ],
+        ways=[both_halves(one, way, recorded) for one in found.engines for way in one.batches],
+        flights=[_flight(name, facts) for name, facts in recorded.flights.items()],
+        steps=list(steps_of(found)),
+        by_time=[point for one in found.engines for point in _by_time(one)],
+        by_impacts=[point for one in found.engines for point in _by_impacts(one)],
+        rests=[_rest(one, recorded) for one in found.engines],
+        costs=[_cost(one) for one in found.engines],
+        friction=[point for one in found.engines for point in _by_value(one, "friction")],
+        calibrations=[calibration(one.title, one.name, one.jittered, faces) for one in jittered],
+        differences=[
+            each
+            for one in found.engines
+            for each in differences(one.title, one.preset, one.label, one.fitted)
+        ],
+        changed=[
+            each
+            for one in found.engines
+            if one.evaluation is not None
+            for each in changed(one.title, one.preset, one.fitted, one.evaluation)
+        ],
+        worst=worst(found),
+        missing=found.missing,
+        jitters=found.jitters,
+        scale=scale,
+        cpu_hours=sum(map(_seconds, found.engines)) / 3600.0,
+        made_with=found.made_with,
+        measured=found,
+    )
+
+
+def _flight(name: str, facts: FlightFacts) -> Flight:
+    x, y, z = (_in_mm(part) for part in facts.mass_offset)
+    offset_mm = math.hypot(x.value, y.value, z.value)
+    return Flight(name, facts.gravity.n, x, y, z, facts.gravity, offset_mm, facts.scale)
+
+
+def _in_mm(metres: Estimate) -> Estimate:
+    return Estimate(1e3 * metres.value, 1e3 * metres.low, 1e3 * metres.high, metres.n)
+
+
+def _by_time(one: ByEngine) -> Iterator[Grown]:
+    """All trials, with fitted contacts, by the time since the last frame of free flight."""
+    ends = [end for end in one.batches[Way.FITTED].ended if not end.failed]
+    for k, seconds in enumerate(SINCE_CONTACT):
+        off = [end.since_contact[k] for end in ends]
+        there = [100.0 * metres for metres in off if metres is not None]
+        if there:
+            yield Grown(one.title, one.name, seconds, len(there), median(there))
+
+
+def _by_impacts(one: ByEngine) -> Iterator[Grown]:
+    """Likewise by the number of impacts, just before the next one or at the end of the record."""
+    ends = [end for end in one.batches[Way.FITTED].ended if not end.failed]
+    for k in range(max((len(end.through_impacts) for end in ends), default=0)):
+        off = [end.through_impacts[k] for end in ends if k < len(end.through_impacts)]
+        there = [100.0 * metres for metres in off if metres is not None]
+        if len(there) >= _LEAST_TRIALS:
+            yield Grown(one.title, one.name, k, len(there), median(there))
+
+
+def _rest(one: ByEngine, recorded: Recorded) -> Rest:
+    ends = one.batches[Way.FITTED].ended
+    there = [end for end in ends if not end.failed]
+    times = {toss.name: toss.rest_s for toss in recorded.tosses}
+    heights = [1e3 * end.height_m for end in there if end.height_m is not None]
+    later = [end.rest_s - times[end.name] for end in there if end.rest_s is not None]
+    half = 500.0 * min(recorded.size)
+    is_cube = len({*recorded.size}) == 1
+    return Rest(
+        one.title,
+        median(heights),
+        half - float(np.median(heights)) if heights and is_cube else None,
+        median([-1e3 * end.deepest_m for end in there if end.deepest_m is not None]),
+        median(later),
+        sum(end.rest_s is None for end in there),
+        len(ends) - len(there),
+    )
+
+
+def _cost(one: ByEngine) -> Cost:
+    batch = one.batches[Way.FITTED]
+    return Cost(
+        one.title,
+        1e3 * batch.cpu_s / len(batch.ended) if one.is_timed else None,
+        one.fitted.cpu_s if one.is_timed else None,
+        len(one.fitted.tried),
+        sum(each.cpu_s for each in one.jittered.values()) if one.jittered else None,
+    )
+
+
+def _seconds(one: ByEngine) -> float:
+    """CPU time of an engine, all of it [s]; a batch counts once."""
+    batches = {id(each): each for each in (*one.batches.values(), *one.steps.values())}
+    return (
+        sum(each.cpu_s for each in batches.values())
+        + one.fitted.cpu_s
+        + sum(each.cpu_s for each in one.jittered.values())
+    )
+
+
+def _by_value(one: ByEngine, gene: str) -> Iterator[Closeness]:
+    best: dict[float, float] = {}
+    for tried in one.fitted.tried:
+        value = tried.parameters[gene]
+        best[value] = max(best.get(value, 0.0), tried.closeness)
+    for value in sorted(best):
+        yield Closeness(one.title, one.name, value, best[value])

@@ -1,0 +1,158 @@
+"""Errors of rest by engine: with contacts of every source, and by what the body is taken to be."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
+
+import numpy as np
+
+from steadyload.reports.columns import column, decimal, fixed, percent, row, significant
+from steadyload.statistics.estimate import Estimate
+from steadyload.statistics.metrics import median, quantile, share
+from steadyload.studies.reality.record import FIT, MEASURED, Guess, Recorded, Toss
+from steadyload.studies.reality.releasing import Batch, Ended
+from steadyload.studies.reality.running import AllMeasured, ByEngine, Way
+
+_one_digit = partial(decimal, digits=1)
+_whole = partial(decimal, digits=0)
+
+MOST = 0.9
+"""Share of the trials in the second figure of how far rest is off."""
+
+
+@row
+class Errors:
+    """Errors of an engine, or of a guess without one, on trials of a half.
+
+    A failed simulation has the wrong face, and is farther off than any.
+    """
+
+    engine: str = column("", left=True)
+    name: str
+    way: str = column(left=True)
+    half: str = column(left=True)
+    trials: int = column("n")
+    face: Estimate = column("right face %", percent)
+    off_cm: Estimate = column("rest off cm, median", _one_digit)
+    most_cm: Estimate = column("90 % within cm", _one_digit)
+    turn_deg: Estimate = column("attitude off degrees, median", _whole)
+    turn_right_deg: float | None = column("where the face is right", fixed)
+    cpu_ms: float | None = column("CPU ms", significant, "a trial, read at every frame")
+
+
+@row
+class BothHalves:
+    """Errors of an engine with contacts of one source, on both halves."""
+
+    engine: str = column(left=True)
+    way: str = column("contact", left=True)
+    fit: Errors
+    measured: Errors
+
+    @property
+    def fit_face(self) -> Estimate:
+        """Share of right faces on the half for fitting."""
+        return self.fit.face
+
+
+@row
+class Step:
+    """Errors with one thing more that is taken from the record, all engines together."""
+
+    step: str = column("the body", left=True)
+    face: Estimate = column("right face %", percent)
+    off_cm: float = column("rest off cm, median", lambda cm: fixed(cm, 1))
+    turn_deg: float = column("attitude off degrees, median", fixed)
+    by_engine: Mapping[str, Estimate] = column("{}: right face %", percent)
+
+
+def of_half(recorded: Recorded, half: str) -> list[Toss]:
+    """The trials of a half of a record."""
+    return [toss for toss in recorded.tosses if toss.half == half]
+
+
+def _ends(batch: Batch, recorded: Recorded, half: str) -> list[Ended]:
+    own = {toss.name for toss in of_half(recorded, half)}
+    return [end for end in batch.ended if end.name in own]
+
+
+def errors_of(one: ByEngine, way: Way, recorded: Recorded, half: str) -> Errors:
+    """Errors of an engine on the trials of a half, with contacts of one source."""
+    batch = one.batches[way]
+    ends = _ends(batch, recorded, half)
+    return _errors(
+        one.title, one.name, way, half,
+        [end.same_face for end in ends],
+        [math.inf if end.off_m is None else 100.0 * end.off_m for end in ends],
+        [180.0 if end.turn_deg is None else end.turn_deg for end in ends],
+        1e3 * batch.cpu_s / len(batch.ended) if one.is_timed else None,
+    )  # fmt: skip
+
+
+def guessed(title: str, guesses: Sequence[Guess], scale: float) -> Errors:
+    """Errors of guesses without an engine, on the trials of the half that is measured.
+
+    Args:
+        title: of the guess.
+        guesses: one a trial, in lengths of the record.
+        scale: that these are multiplied by.
+    """
+    return _errors(
+        title, "", "", MEASURED,
+        [one.same_face for one in guesses],
+        [100.0 * scale * one.off_m for one in guesses],
+        [one.turn_deg for one in guesses],
+        None,
+    )  # fmt: skip
+
+
+def _errors(
+    engine: str,
+    name: str,
+    way: str,
+    half: str,
+    faces: Sequence[bool],
+    off_cm: Sequence[float],
+    turns: Sequence[float],
+    cpu_ms: float | None,
+) -> Errors:
+    right = [turn for turn, is_right in zip(turns, faces, strict=True) if is_right]
+    return Errors(
+        engine,
+        name,
+        str(way),
+        half,
+        len(faces),
+        share(list(faces)),
+        median(off_cm),
+        quantile(off_cm, MOST),
+        median(turns),
+        float(np.median(right)) if right else None,
+        cpu_ms,
+    )
+
+
+def both_halves(one: ByEngine, way: Way, recorded: Recorded) -> BothHalves:
+    """Errors of an engine on both halves, with contacts of one source."""
+    fit, measured = (errors_of(one, way, recorded, half) for half in (FIT, MEASURED))
+    return BothHalves(one.title, str(way), fit, measured)
+
+
+def steps_of(found: AllMeasured) -> Iterator[Step]:
+    """Errors by what the body is taken to be, on the half that is measured.
+
+    With the contacts that the record states; none where it states no friction.
+    """
+    own = [one for one in found.engines if one.steps]
+    for step in own[0].steps if own else ():
+        ends = {one.title: _ends(one.steps[step], found.recorded, MEASURED) for one in own}
+        together = [end for each in ends.values() for end in each]
+        yield Step(
+            step,
+            share([end.same_face for end in together], [end.name for end in together]),
+            float(np.median([math.inf if e.off_m is None else 100.0 * e.off_m for e in together])),
+            float(np.median([180.0 if e.turn_deg is None else e.turn_deg for e in together])),
+            {title: share([end.same_face for end in each]) for title, each in ends.items()},
+        )

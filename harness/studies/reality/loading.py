@@ -1,0 +1,148 @@
+"""Fitted contacts in loading: how parameters differ, and how many verdicts change with them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from steadyload.layouts.benchmark import Part, load_benchmark
+from steadyload.layouts.model.scenarios import Scenario
+from steadyload.methods.contract.spec import as_plain
+from steadyload.methods.registry import make_method
+from steadyload.reports.columns import column, general, percent, row
+from steadyload.runs.evaluation import Evaluation
+from steadyload.runs.labels import Cases
+from steadyload.statistics.estimate import Estimate
+from steadyload.statistics.metrics import share
+from steadyload.studies.kit import Lab
+from steadyload.studies.reality.fitting import Fitted
+
+FRICTION = "friction"
+
+CHANGES = (FRICTION, "bounce and hardness", "both")
+"""Parameters of a preset that take the fitted values."""
+
+
+@row
+class Difference:
+    """A contact parameter of an engine, fitted to the record and as used for loading."""
+
+    engine: str = column(left=True)
+    parameter: str = column(left=True)
+    preset: float | None = column("preset", general)
+    label: float | None = column("label's", general)
+    fitted: float = column("fitted", general)
+    least: float = column("from", general, "interval of the fitted value")
+    most: float = column("to", general)
+
+    @property
+    def differs(self) -> bool:
+        """Whether the preset's value is outside the interval of the fitted one."""
+        return self.preset is None or not self.least <= self.preset <= self.most
+
+
+@row
+class Changed:
+    """Verdicts on layouts that change when a preset takes fitted values."""
+
+    engine: str = column(left=True)
+    change: str = column("fitted", left=True)
+    layouts: int = column("n")
+    changed: Estimate = column("changed %", percent)
+    earlier: Estimate = column("fails earlier %", percent, "or at all")
+    before: Estimate = column("preset: accuracy %", percent)
+    after: Estimate = column("changed: accuracy %", percent)
+
+
+def differences(engine: str, preset: str, label: str, found: Fitted) -> list[Difference]:
+    """Fitted parameters beside those of a preset and of the label.
+
+    Args:
+        engine: its title.
+        preset: spec of a simulation on it.
+        label: spec of the label's simulation on it.
+        found: what was fitted.
+    """
+    used, usual = (_stated(spec, found.parameters) for spec in (preset, label))
+    return [
+        Difference(
+            engine, name, used[name], usual[name], value, found.least[name], found.most[name]
+        )
+        for name, value in found.parameters.items()
+    ]
+
+
+def _stated(spec: str, names: Mapping[str, float]) -> dict[str, float | None]:
+    """Values of some parameters of a simulation; where its options bring them, those."""
+    parameters = make_method(spec).parameters
+    plain = as_plain(parameters)
+    options = parameters.world_settings().options
+    value = getattr(options, "value", None)
+    return {
+        name: value(name) if plain[name] is None and value is not None else plain[name]
+        for name in names
+    }
+
+
+def changes(preset: str, found: Fitted) -> dict[str, str]:
+    """Specs of a preset that takes fitted values, by what takes them; empty changes are left out.
+
+    Args:
+        preset: spec, such as ``ps_opt@mujoco``.
+        found: what was fitted.
+    """
+    friction = {FRICTION: found.parameters[FRICTION]}
+    others = {name: value for name, value in found.parameters.items() if name != FRICTION}
+    named = dict(zip(CHANGES, (friction, others, found.parameters), strict=True))
+    if not others:
+        named = {FRICTION: friction}
+    joint = "," if ":" in preset else ":"
+    return {
+        change: preset + joint + ",".join(f"{name}={value!r}" for name, value in values.items())
+        for change, values in named.items()
+    }
+
+
+def judged(lab: Lab, name: str, preset: str, found: Fitted, count: int) -> Evaluation:
+    """Layouts of the labelled set, judged by a preset and by what takes fitted values.
+
+    Args:
+        lab: an interrupted run goes on in its folder.
+        name: of the engine.
+        preset: spec.
+        found: what was fitted.
+        count: layouts, with centres of mass in the middle of boxes.
+    """
+    cases = Cases(load_benchmark(), Part.TEST, (Scenario.S1,), count)
+    specs = [preset, *changes(preset, found).values()]
+    return lab.judge(specs, cases, folder=f"labels_{name}", timeout=TIMEOUT)
+
+
+TIMEOUT = 120.0
+"""CPU seconds that a judgement may take."""
+
+
+def changed(engine: str, preset: str, found: Fitted, evaluation: Evaluation) -> list[Changed]:
+    """How many verdicts change.
+
+    Args:
+        engine: its title.
+        preset: spec.
+        found: what was fitted.
+        evaluation: of :func:`judged`.
+    """
+    said, clusters = evaluation.judged.said, evaluation.judged.clusters
+    own = str(make_method(preset).spec)
+    before = evaluation.row(own).accuracy
+    rows = []
+    for change, spec in changes(preset, found).items():
+        other = str(make_method(spec).spec)
+        both = said[[own, other]].dropna().astype(int)
+        at = clusters.loc[both.index]
+        first, second = (both[key].to_numpy() for key in (own, other))
+        rows.append(
+            Changed(
+                engine, change, len(both), share(first != second, at), share(second < first, at),
+                before, evaluation.row(other).accuracy,
+            )
+        )  # fmt: skip
+    return rows
