@@ -252,7 +252,7 @@ def _tests() -> tuple[ClosedFormTest, ...]:
 
 @cache
 def rocking_tests() -> tuple[ClosedFormTest, ...]:
-    """Those of a block that rocks, which the study measures where it is asked to."""
+    """Those of a block that rocks."""
     return (
         *(
             ClosedFormTest(

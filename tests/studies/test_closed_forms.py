@@ -229,9 +229,10 @@ def test_errors_are_compared_with_what_engines_resolve(tmp_path, assert_shown):
 
 @pytest.mark.deep("all tests of an engine: 5 s")
 def test_the_study_measures_every_test(tmp_path):
-    found = ClosedForms(engines=("chipmunk",), rocking=True).run(Lab(tmp_path, 0))
+    found = ClosedForms(engines=("chipmunk",)).run(Lab(tmp_path, 0))
     assert [row.test for row in found.overview] == list(TESTS)
     assert {key for row in found.overview for key in row.errors} == {"chipmunk, 1000 Hz"}
+    assert [row.engine for row in found.rocked] == ["chipmunk"]
 
 
 def test_points_are_the_errors_in_their_panels():

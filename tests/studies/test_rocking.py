@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 
 from steadyload.engines.capabilities import SettingSupport, Support
-from steadyload.engines.registry import world_class
+from steadyload.engines.registry import ENGINES, engines_here, world_class
 from steadyload.engines.world import GRAVITY
 from steadyload.properties import closed_forms as runs
 from steadyload.properties import rocking
-from steadyload.properties.closed_form_tests import result_of, rocking_tests
+from steadyload.properties.closed_form_tests import ClosedFormResult, result_of, rocking_tests
+from steadyload.studies.closed_forms.comparing import compare
 from steadyload.studies.closed_forms.study import ClosedForms
 from steadyload.studies.kit import Lab
 
@@ -120,19 +121,67 @@ def test_every_engine_rocks_roughly_right(engine, name, largest):
     assert abs(result.error) < largest
 
 
-@pytest.mark.parametrize("rocking_too", [False, True])
-def test_the_study_measures_rocking_where_it_is_asked_to(rocking_too, monkeypatch, tmp_path):
-    chosen = []
+@pytest.mark.parametrize("named", [(), ("dart", "mujoco"), ("mujoco", "drake")])
+@pytest.mark.parametrize("installed", [True, False])
+@pytest.mark.parametrize("second_model", [True, False])
+def test_drake_is_measured_where_it_is_wanted_and_here(
+    second_model, installed, named, monkeypatch, tmp_path
+):
+    """Where it is not here, the page and the command say why."""
+    packages = () if installed else ("no-such-package",)
+    entry = dataclasses.replace(ENGINES["drake"], packages=packages)
+    monkeypatch.setitem(ENGINES, "drake", entry)
+    asked = []
 
-    def measured(lab, engines, tests):
-        chosen.extend(test.name for test in tests)
+    def measured(lab, engines):
+        asked.extend(engines)
         return []
 
     monkeypatch.setattr("steadyload.studies.closed_forms.measuring.measured", measured)
-    ClosedForms(rocking=rocking_too).run(Lab(tmp_path, 0))
-    assert [name for name in chosen if name in TESTS] == list(TESTS) * rocking_too
-    assert chosen[0] == "free fall"
-    assert len(TESTS) == 6
+    study = ClosedForms(engines=named, second_model=second_model)
+    found = study.run(Lab(tmp_path, 0))
+    usual = named or (engines_here() if second_model else ())
+    added = ("drake",) if second_model and installed and "drake" not in named else ()
+    assert asked == [*usual, *added]
+    told = list(study.remarks(found))
+    if installed or not second_model:
+        assert told == []
+    else:
+        reason = "engine 'drake' needs the package no-such-package: pip install 'steadyload[drake]'"
+        assert told == [f"left out: {reason}"]
+        assert f"Left out: {reason}." in study.page(found).summary
+
+
+def results(engine, frequency, errors):
+    """One a test, with these errors in the order of the tests; a text is a reason why not."""
+    return [
+        ClosedFormResult(name, engine, frequency, None, None, error)
+        if isinstance(error, str)
+        else ClosedFormResult(name, engine, frequency, TESTS[name].expected, error)
+        for name, error in zip(TESTS, errors, strict=True)
+    ]
+
+
+def test_the_page_shows_the_largest_error_of_every_series_at_the_highest_frequency():
+    found = compare(
+        [
+            *results("mujoco", 240, [9.0, 9.0, 9.0, 9.0, 9.0, 9.0]),
+            *results("mujoco", 1000, [0.5, -2.0, 1.0, -0.0004, 3.0, -3.5]),
+            *results("reference", None, [0.1, "not back on its base", -7.0, 2.0, 0.001, 0.002]),
+            *results("dart", 1000, [1.0] * 6)[1:],
+        ],
+        {},
+    )
+    assert [(row.engine, row.frequency, *row.errors.values()) for row in found.rocked] == [
+        ("mujoco", "1000 Hz", "-2.0", "< 0.001", "-3.5"),
+        ("reference", "own", "not back on its base", "2.0", "< 0.01"),
+    ]
+    assert [*found.rocked[0].errors] == list(dict.fromkeys(t.series for t in TESTS.values()))
+    page = ClosedForms().page(found)
+    assert "A block that rocks" in [section.title for section in page.sections]
+    bare = compare(results("dart", 1000, [1.0] * 6)[1:], {})
+    assert bare.rocked == []
+    assert "A block that rocks" not in [own.title for own in ClosedForms().page(bare).sections]
 
 
 @pytest.mark.parametrize(

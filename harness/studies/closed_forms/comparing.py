@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from types import MappingProxyType
 from typing import NamedTuple
 
 from steadyload.properties.closed_form_tests import (
     ClosedFormResult,
     ClosedFormTest,
     closed_form_tests,
+    rocking_tests,
 )
 from steadyload.reports.columns import cell, column, compact, general, row
 from steadyload.studies.closed_form_errors import (
@@ -39,6 +41,18 @@ class Errors:
 
     test: str = column()
     unit: str = column("error in")
+    errors: Mapping[str, str] = column("{}")
+
+
+@row
+class Rocked:
+    """Of every series of a rocking block, the largest error of an engine at its highest frequency.
+
+    Errors are in per cent.
+    """
+
+    engine: str = column()
+    frequency: str = column("substeps")
     errors: Mapping[str, str] = column("{}")
 
 
@@ -90,16 +104,28 @@ class Found:
 
     scores: Sequence[Score]
     overview: Sequence[Errors]
+    rocked: Sequence[Rocked]
     points: Sequence[ErrorPoint]
     beaten: Sequence[Beaten]
     series: Sequence[Series]
     made_with: Mapping[str, str]
+    left_out: Mapping[str, str]
     right_within: float = _RIGHT_WITHIN
     own_steps: str = OWN_STEPS
 
 
-def compare(results: Sequence[ClosedFormResult], made_with: Mapping[str, str]) -> Found:
-    """Results beside what is expected; tests without any result are left out."""
+def compare(
+    results: Sequence[ClosedFormResult],
+    made_with: Mapping[str, str],
+    left_out: Mapping[str, str] = MappingProxyType({}),
+) -> Found:
+    """Results beside what is expected; tests without any result are left out.
+
+    Args:
+        results: of engines, test by test.
+        made_with: versions of what measured them.
+        left_out: by name of an engine that was wanted, the reason why it was not measured.
+    """
     measured = {r.test for r in results}
     tests = [test for test in closed_form_tests() if test.name in measured]
     series: dict[str, list[ClosedFormTest]] = {}
@@ -109,10 +135,12 @@ def compare(results: Sequence[ClosedFormResult], made_with: Mapping[str, str]) -
     return Found(
         _scores(tests, results),
         _overview(tests, results),
+        _rocked(results),
         errors_by_frequency(middle, results),
         list(_beaten(tests, results)),
         [_series(group, results) for group in series.values()],
         made_with,
+        left_out,
     )
 
 
@@ -147,6 +175,28 @@ def _overview(tests: Sequence[ClosedFormTest], results: Sequence[ClosedFormResul
             },
         )
         for test in tests
+    ]
+
+
+def _rocked(results: Sequence[ClosedFormResult]) -> list[Rocked]:
+    found = {(r.test, r.engine, r.frequency): r for r in results}
+    series: dict[str, list[ClosedFormTest]] = {}
+    for test in rocking_tests():
+        series.setdefault(test.series, []).append(test)
+
+    def largest(tests: Sequence[ClosedFormTest], engine: str, frequency: int | None) -> str:
+        own = [found[test.name, engine, frequency] for test in tests]
+        first, *_ = sorted(own, key=lambda r: (r.error is not None, -_size(r)))
+        return _error(tests[0], first)
+
+    return [
+        Rocked(
+            engine,
+            hertz(frequency),
+            {name: largest(tests, engine, frequency) for name, tests in series.items()},
+        )
+        for engine, frequency in _finest_of(results).items()
+        if all((t.name, engine, frequency) in found for tests in series.values() for t in tests)
     ]
 
 

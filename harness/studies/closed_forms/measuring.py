@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from steadyload.engines.errors import EngineNotInstalledError
 from steadyload.engines.registry import engines as registered
 from steadyload.engines.registry import engines_here, package_versions, world_class
 from steadyload.properties import closed_forms as runs
@@ -22,6 +23,9 @@ from steadyload.runs.provenance import made_on
 from steadyload.studies.kit import Asked, Lab
 
 FREQUENCIES = (90, 240, 1000)
+
+SECOND_MODEL = "drake"
+"""An engine with a contact model of its own; optional, and part of no other comparison."""
 
 
 class ClosedFormUnit(
@@ -44,6 +48,23 @@ class ClosedFormUnit(
         test = next(test for test in closed_form_tests() if test.name == self.test)
         stage = runs.Stage(self.engine, self.frequency or runs.SAMPLING)
         return result_of(test, stage, self.frequency)
+
+
+def with_second_model(engines: Sequence[str]) -> tuple[tuple[str, ...], dict[str, str]]:
+    """Engines with :data:`SECOND_MODEL` after them where it is installed.
+
+    Args:
+        engines: registered names; empty for those of :func:`engines_here`.
+
+    Returns:
+        Their names; by name, the reason why one is left out.
+    """
+    names = tuple(engines) or engines_here()
+    try:
+        world_class(SECOND_MODEL)
+    except EngineNotInstalledError as error:
+        return names, {SECOND_MODEL: str(error)}
+    return tuple(dict.fromkeys((*names, SECOND_MODEL))), {}
 
 
 def measured(
