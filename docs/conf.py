@@ -68,6 +68,7 @@ NAVIGATION = {
     ],
     "Concepts": [
         "docs/reference",
+        "docs/siconos",
         "docs/properties",
         "docs/architecture",
         "docs/testing",

@@ -64,6 +64,8 @@ class Child:
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
             stderr=self._errors,
+            # Threads for matrices as small as these cost several times what they save.
+            env=os.environ | {"OPENBLAS_NUM_THREADS": "1"},
             pass_fds=[theirs.fileno()],
         )
         theirs.close()
@@ -192,11 +194,14 @@ class ChildWorld(FixedStepWorld):
 
     def _add(self, box: Box) -> None:
         shape = self._shape(box)
-        mass_centre, attitude = tuple(map(float, box.mass_centre)), box.unit_attitude
-        shape_centre = tuple(a - p for a, p in zip(shape.aside, box.mass_offset, strict=True))
-        self._bodies.append(
-            (shape.size, box.mass, box.inertia, mass_centre, attitude, shape_centre, box.fixed)
+        attitude, mass_centre = box.unit_attitude, box.mass_centre
+        shape_centre = [a - p for a, p in zip(shape.aside, box.mass_offset, strict=True)]
+        # Numbers of numpy, which boxes may have, are not read by all versions of it.
+        size, inertia, *places = (
+            tuple(map(float, numbers))
+            for numbers in (shape.size, box.inertia, mass_centre, attitude, shape_centre)
         )
+        self._bodies.append((size, float(box.mass), inertia, *places, box.fixed))
         if not box.fixed:
             self._free.append(len(self.boxes))
             start = np.array([[*attitude, *mass_centre, *box.angular_velocity, *box.velocity]])
@@ -206,8 +211,8 @@ class ChildWorld(FixedStepWorld):
 
     def _prepare(self) -> None:
         if self._holder is None or not self._holder.usable():
-            child = self.children.current()
-            child.ask("build", self._number, self.gravity, self._bodies, self._scene_options())
+            child, gravity = self.children.current(), tuple(map(float, self.gravity))
+            child.ask("build", self._number, gravity, self._bodies, self._scene_options())
             self._holder, self._set_here = child, True
 
     def _advance(self, substeps: int, length: float) -> None:

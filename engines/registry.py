@@ -15,6 +15,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache
 
+from steadyload.engines import system_python
 from steadyload.engines.world import (
     Capabilities,
     EngineNotInstalledError,
@@ -29,8 +30,9 @@ class EngineEntry:
 
     ``options``: where a dataclass of the options of this engine alone lives; its fields are
     parameters of a simulation on this engine (see :func:`steadyload.engines.quantities.quantity`).
-    ``extra`` names the optional dependencies of this distribution that bring them. An engine that
-    has one takes part in studies where it is installed, and in tests where it is named.
+    ``extra`` names the optional dependencies of this distribution that bring them, ``system`` the
+    package of a Linux distribution that brings them for the system's own Python. An engine that has
+    one of the two takes part in studies where it is installed, and in tests where it is named.
     ``base``: every installation has its packages, but on platforms that they are not published for;
     its extra is another name of them, and tests need not name it.
     ``check_only``: it checks others, and is compared with them only where it is named.
@@ -41,9 +43,15 @@ class EngineEntry:
     packages: tuple[str, ...] = ()
     options: str = ""
     extra: str = ""
+    system: str = ""
     base: bool = False
     check_only: bool = False
     newest: tuple[int, int] | None = None
+
+    @property
+    def optional(self) -> bool:
+        """Whether an installation may be without it."""
+        return bool(self.extra or self.system)
 
 
 ENGINES: dict[str, EngineEntry] = {
@@ -77,6 +85,12 @@ ENGINES: dict[str, EngineEntry] = {
     "drake": EngineEntry(
         "steadyload.engines.with_drake:DrakeWorld", ("drake",), extra="drake", check_only=True
     ),
+    "siconos": EngineEntry(
+        "steadyload.engines.with_siconos:SiconosWorld",
+        ("siconos",),
+        system="python3-siconos",
+        check_only=True,
+    ),
 }
 
 
@@ -99,7 +113,7 @@ def engine_names() -> tuple[str, ...]:
     """
     absent = absent_engines()
     return tuple(
-        name for name, entry in engines().items() if not entry.extra and name not in absent
+        name for name, entry in engines().items() if not entry.optional and name not in absent
     )
 
 
@@ -114,8 +128,7 @@ def engines_here() -> tuple[str, ...]:
 
 def _joins(entry: EngineEntry) -> bool:
     """Whether an optional engine takes part where all are compared."""
-    optional = bool(entry.extra) and not entry.check_only
-    return optional and not _missing(entry)
+    return entry.optional and not entry.check_only and not _missing(entry)
 
 
 def missing_packages(name: str) -> tuple[str, ...]:
@@ -128,6 +141,8 @@ def missing_packages(name: str) -> tuple[str, ...]:
 
 
 def _missing(entry: EngineEntry) -> tuple[str, ...]:
+    if entry.system:
+        return tuple(p for p in entry.packages if system_python.version(p) is None)
     return tuple(package for package in entry.packages if not _is_installed(package))
 
 
@@ -153,7 +168,7 @@ def world_class(name: str) -> type[FixedStepWorld]:
         EngineNotInstalledError: its library is missing.
     """
     entry = engines()[name]
-    if entry.extra and (lost := _missing(entry)):
+    if entry.optional and (lost := _missing(entry)):
         raise EngineNotInstalledError(_needs(name, lost[0]))
     return _declared_class(name)
 
@@ -190,6 +205,11 @@ def _declared_class(name: str) -> type[FixedStepWorld]:
 
 def _needs(name: str, package: str) -> str:
     entry = engines()[name]
+    if entry.system:
+        return (
+            f"engine {name!r} needs the package {package} of the system's Python: "
+            f"apt-get install {entry.system}"
+        )
     told = f"'steadyload[{entry.extra}]'" if entry.extra and not entry.base else package
     return f"engine {name!r} needs the package {package}: pip install {told}"
 
@@ -237,15 +257,20 @@ def installed_versions(engine: str | None = None) -> dict[str, str]:
     return package_versions(
         package
         for name, entry in engines().items()
-        if engine is None or not entry.extra or name == engine
+        if engine is None or not entry.optional or name == engine
         for package in entry.packages
     )
 
 
 def package_versions(names: Iterable[str]) -> dict[str, str]:
     """Versions of those packages that are installed, by name, in the order of the names."""
+    of_system = {p for entry in engines().values() if entry.system for p in entry.packages}
     versions = {}
     for name in names:
+        if name in of_system:
+            if found := system_python.version(name):
+                versions[name] = found
+            continue
         with contextlib.suppress(importlib.metadata.PackageNotFoundError):
             versions[name] = importlib.metadata.version(name)
     return versions

@@ -24,7 +24,13 @@ import matplotlib.image
 import pytest
 from hypothesis import HealthCheck, settings
 
-from steadyload.engines.registry import absent_engines, engine_names, engines, world_class
+from steadyload.engines.registry import (
+    EngineEntry,
+    absent_engines,
+    engine_names,
+    engines,
+    world_class,
+)
 from steadyload.engines.world import EngineNotInstalledError
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.methods import registry
@@ -211,6 +217,11 @@ def _compiling_quietly() -> Iterator[None]:
     log.disabled = False
 
 
+def _needed(entry: EngineEntry) -> str:
+    """Why tests of an optional engine are deep."""
+    return f"needs the package {entry.system}" if entry.system else f"needs the extra {entry.extra}"
+
+
 @pytest.fixture(params=engine_names())
 def engine(request: pytest.FixtureRequest) -> str:
     """Every engine that is compared unasked, one after the other."""
@@ -219,15 +230,15 @@ def engine(request: pytest.FixtureRequest) -> str:
 
 @pytest.fixture(
     params=[
-        pytest.param(name, marks=pytest.mark.deep(f"needs the extra {entry.extra}"))
-        if entry.extra and not entry.base
+        pytest.param(name, marks=pytest.mark.deep(_needed(entry)))
+        if entry.optional and not entry.base
         else name
         for name, entry in engines().items()
     ]
 )
 def any_engine(request: pytest.FixtureRequest) -> str:
     """Every registered engine; an optional one is deep, and skipped where it is not installed."""
-    if engines()[request.param].extra:
+    if engines()[request.param].optional:
         try:
             world_class(request.param)
         except EngineNotInstalledError as error:

@@ -17,7 +17,7 @@ def test_the_page_lists_deep_tests_with_their_reasons(request):
     deep = {
         test: reason
         for test, reason in request.config.deep.items()
-        if not reason.startswith("needs the extra ")
+        if not reason.startswith(("needs the extra ", "needs the package "))
     }
     listed = dict(rows)
     assert {test: listed.get(test) for test in deep} == deep

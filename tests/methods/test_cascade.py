@@ -493,7 +493,7 @@ def test_a_cascade_is_judged_step_by_step(name, cascade):
 
 OPTIONAL = pytest.mark.deep("needs the extra rapier")
 SHIPPED = [
-    pytest.param(key, marks=OPTIONAL if engines()[key.partition(":")[0]].extra else ())
+    pytest.param(key, marks=OPTIONAL if engines()[key.partition(":")[0]].optional else ())
     for key in json.loads(FILE.read_text())
     if key != "checksum"
 ]
