@@ -273,18 +273,24 @@ def rocking_tests() -> tuple[ClosedFormTest, ...]:
             )
             for share in ROCKING_SHARES
         ),
-        ClosedFormTest(
-            "energy after rocking impact",
-            "Energy after an impact of rocking",
-            "Share of the energy that the first impact leaves to that block, released at alpha / "
-            "2, by the angle of its next turning point: (1 - 3/2 sin^2 alpha)^2 of Housner (1963), "
-            "who keeps the angular momentum about the edge that is struck.",
-            rocking.energy_after_impact(runs.ROCKING),
-            unit="",
-            relative=True,
-            resolution=1e-3,
-            when_soft=_COMPLIANT,
-            measure=runs.energy_after_impact,
+        *(
+            ClosedFormTest(
+                f"energy after rocking from {share:g} alpha",
+                "Energy after an impact of rocking",
+                "Share of the energy that the first impact leaves to that block, released at the "
+                "given share of alpha, by the angle of its next turning point: (1 - 3/2 sin^2 "
+                "alpha)^2 of Housner (1963), who keeps the angular momentum about the edge that "
+                "is struck.",
+                rocking.energy_after_impact(runs.ROCKING),
+                unit="",
+                relative=True,
+                resolution=1e-3,
+                argument=share,
+                argument_name="amplitude over alpha",
+                when_soft=_COMPLIANT,
+                measure=partial(runs.energy_after_impact, share=share),
+            )
+            for share in ROCKING_SHARES
         ),
         *(
             ClosedFormTest(

@@ -257,9 +257,12 @@ def time_to_impact(stage: Stage, share: float) -> float:
     return float(CubicSpline(found[last][::-1], times[last][::-1])(0.0))
 
 
-def energy_after_impact(stage: Stage) -> float:
-    """Share of the energy that the first impact leaves, by the angle of the next turning point."""
-    _, found = _rocking(stage, 0.5)
+def energy_after_impact(stage: Stage, share: float) -> float:
+    """Share of the energy that the first impact leaves to a block released at a share of alpha.
+
+    By the angle of the next turning point.
+    """
+    _, found = _rocking(stage, share)
     top = int(found.argmin())
     if found[top] > -1e-3 * found[0]:
         return 0.0

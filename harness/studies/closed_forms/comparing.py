@@ -46,13 +46,10 @@ class Errors:
 
 @row
 class Rocked:
-    """Of every series of a rocking block, the largest error of an engine at its highest frequency.
-
-    Errors are in per cent.
-    """
+    """Of every series of a rocking block, the largest error of an engine at a frequency, in %."""
 
     engine: str = column()
-    frequency: str = column("substeps")
+    frequency: int | None = column("substeps", hertz)
     errors: Mapping[str, str] = column("{}")
 
 
@@ -192,10 +189,10 @@ def _rocked(results: Sequence[ClosedFormResult]) -> list[Rocked]:
     return [
         Rocked(
             engine,
-            hertz(frequency),
+            frequency,
             {name: largest(tests, engine, frequency) for name, tests in series.items()},
         )
-        for engine, frequency in _finest_of(results).items()
+        for engine, frequency in dict.fromkeys((r.engine, r.frequency) for r in results)
         if all((t.name, engine, frequency) in found for tests in series.values() for t in tests)
     ]
 
