@@ -350,12 +350,9 @@ class Label:
         sizes = replace(built, **stated(test=self.test, validation=self.validation))
         with resumable(self.directory), study_progress() as progress:
             label_set(
-                self.directory,
-                sizes=sizes,
-                judges=PANELS[self.judges or "all"],
-                workers=self.workers,
-                progress=progress,
-            )
+                self.directory, sizes=sizes, judges=PANELS[self.judges or "all"],
+                workers=self.workers, progress=progress,
+            )  # fmt: skip
         print(f"labels and opinions -> {self.directory}")
 
 
@@ -369,12 +366,16 @@ class Screen:
         None, "label N cases once more, drawn at random, and compare; the set stays as it is",
         metavar="N", least=1,
     )  # fmt: skip
-    least_items: int | None = option(
-        None, "with --again: only layouts of at least so many items", least=1
-    )
+    least_items: int | None = option(None, "with --again: only of at least so many items", least=1)
+    keep_in: Path | None = option(
+        None, "label nothing; keep the rows made so far, of cases without labels in the set SET, "
+        "in its table `begun`, from which this command goes on in a copy of SET", metavar="SET",
+    )  # fmt: skip
     workers: int = workers_option(0)
 
     def __post_init__(self) -> None:
+        if self.keep_in is not None and (self.again or self.most_items) is not None:
+            raise UsageError("--keep-in: not allowed with --again or --most-items")
         if self.again is not None and self.most_items is not None:
             raise UsageError("--most-items: not allowed with --again; allowed: --least-items")
         if self.again is None and self.least_items is not None:
@@ -382,20 +383,20 @@ class Screen:
 
     def run(self) -> None:
         """Label the missing cases for both questions: validation, then test, then training."""
-        from steadyload.labelling.screening import label_screened
+        from steadyload.labelling.screening import keep_begun, label_screened
 
-        if self.again is not None:
+        if self.keep_in is not None:
+            count = keep_begun(self.directory, self.keep_in)
+            print(f"rows of {count} cases -> {self.keep_in / 'begun.parquet'}")
+        elif self.again is not None:
             self._again(self.again)
-            return
-
-        with resumable(self.directory), progress_bar("labelling") as advance:
-            count = label_screened(
-                self.directory,
-                most_items=self.most_items,
-                workers=self.workers,
-                progress=advance,
-            )
-        print(f"{count} cases have labels of both questions -> {self.directory}")
+        else:
+            with resumable(self.directory), progress_bar("labelling") as advance:
+                count = label_screened(
+                    self.directory, most_items=self.most_items, workers=self.workers,
+                    progress=advance,
+                )  # fmt: skip
+            print(f"{count} cases have labels of both questions -> {self.directory}")
 
     def _again(self, count: int) -> None:
         from steadyload.labelling.screening import label_again

@@ -15,7 +15,6 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-import pyarrow as pa
 
 from steadyload.engines.registry import package_versions
 from steadyload.labelling.label_rows import LABEL, case_row
@@ -30,6 +29,7 @@ from steadyload.layouts.benchmark.dataset import KEYS, Benchmark, Part, load_ben
 from steadyload.layouts.benchmark.splits import splits_of_manifest
 from steadyload.layouts.benchmark.tables import (
     CASES,
+    SCREENED,
     SCREENING,
     STANDS,
     UNLABELLED,
@@ -60,28 +60,6 @@ CASE_SECONDS = 4 * 3600.0
 
 _TURNS = {Part.VALIDATION: 0, Part.TEST: 1, Part.TRAIN: 2}
 
-_ROWS = pa.schema(
-    [
-        *(pa.field(name, pa.string(), nullable=False) for name in (*KEYS, "status", "reason")),
-        pa.field("item_count", pa.int16(), nullable=False),
-        pa.field("failing_step", pa.int16()),
-        pa.field("stands", pa.string(), nullable=False),
-        pa.field("failing_step_stands", pa.int16()),
-        pa.field("moved_item", pa.int16()),
-        pa.field("moved", pa.list_(pa.int16())),
-        *(
-            pa.field(f"{what}_{when}", pa.list_(pa.float32()))
-            for what in ("corner", "angle")
-            for when in ("last", "most")
-        ),
-        *(
-            pa.field(name, pa.list_(pa.float32()))
-            for name in ("margin", "screen", "second", "reference")
-        ),
-        pa.field("why", pa.list_(pa.string())),
-    ]
-)
-
 
 class ScreenedUnit(AskedCases, question="both"):
     """Some cases to be labelled."""
@@ -105,7 +83,7 @@ def label_screened(
     Validation comes first, on which thresholds are fitted, then test, then training, each in an
     order that does not depend on the size of layouts: labels of an interrupted run are a sample of
     a part. Whatever is done when this ends, or is interrupted, is written into the tables, and is
-    not done again.
+    not done again; so is what the table ``begun`` of the set holds, see :func:`keep_begun`.
 
     Args:
         directory: of the set; its tables are written anew.
@@ -131,9 +109,10 @@ def label_screened(
     turn = cases["split"].map(_TURNS.get).fillna(len(_TURNS))
     drawn = (cases["layout"] + " " + cases["scenario"]).map(lambda case: zlib.crc32(case.encode()))
     cases = cases.assign(turn=turn, drawn=drawn).sort_values(["turn", "drawn"], kind="stable")
-    store = Store(directory / "screening", parquet(_ROWS))
+    store = Store(directory / "screening", parquet(SCREENED))
     units = _units(benchmark, cases)
     with locked(directory):
+        _take_up(directory, store, units)
         try:
             _complete(store, units, workers, progress)
         finally:
@@ -141,6 +120,47 @@ def label_screened(
             if done:
                 _merge(directory, pd.concat(done, ignore_index=True))
     return int((read_tables(directory)[1]["status"] != UNLABELLED).sum())
+
+
+def keep_begun(directory: Path, into: Path) -> int:
+    """Keep the rows of cases that another set calls unlabelled in its table ``begun``.
+
+    Nothing else of that set changes, and nobody but :func:`label_screened` reads that table, so
+    that rows are kept before their part is whole. A run may be at work in the first folder.
+
+    Args:
+        directory: of the set that is being labelled.
+        into: of the set, such as the package's own, of which ``directory`` is a copy.
+
+    Returns:
+        The number of rows that are kept there now.
+
+    Raises:
+        BenchmarkError: ``into`` is no labelled set, or the same folder.
+        ResultsError: a row is damaged.
+    """
+    if into.resolve() == directory.resolve():
+        raise BenchmarkError(f"{into}: is the set that is labelled; allowed: another folder")
+    store = Store(directory / "screening", parquet(SCREENED))
+    rows = [store.read(key).assign(key=key) for key in sorted(store.keys())]
+    begun = pd.concat([read_further(into, "begun"), *rows]).drop_duplicates("key", keep="last")
+    return _write_begun(into, begun)
+
+
+def _write_begun(directory: Path, begun: pd.DataFrame) -> int:
+    """Write the rows of the cases that a set calls unlabelled; returns how many there are."""
+    cases = read_tables(directory)[1]
+    left = begun.merge(cases.loc[cases["status"] == UNLABELLED, KEYS], on=KEYS)
+    write_further(directory, "begun", left.sort_values("key"), {"cases": len(left)})
+    return len(left)
+
+
+def _take_up(directory: Path, store: Store, units: Sequence[ScreenedUnit]) -> None:
+    """Make shards of the rows of the table ``begun`` that would be made alike today."""
+    begun = read_further(directory, "begun")
+    wanted = {unit.key for unit in units if unit.key not in store}
+    for key, rows in begun[begun["key"].isin(wanted)].groupby("key"):
+        store.write(str(key), rows.to_dict("records"))
 
 
 @dataclass(frozen=True, slots=True)
@@ -192,7 +212,7 @@ def label_again(
         )
     cases = cases.sample(min(count, len(cases)), random_state=seed).sort_values("item_count")
     units = _units(benchmark, cases)
-    store = Store(directory / "again", parquet(_ROWS))
+    store = Store(directory / "again", parquet(SCREENED))
     with locked(directory):
         _complete(store, units, workers, progress)
     rows = pd.concat([store.read(unit.key) for unit in units], ignore_index=True)
@@ -288,7 +308,7 @@ def screened_row(scenario: str, layout: Layout) -> dict[str, Any]:
 
 def _lost_row(status: Status, unit: ScreenedUnit, part: int, reason: str) -> dict[str, Any]:
     own = case_row(*unit.cases[part], status, reason)
-    return dict.fromkeys(_ROWS.names) | own | {"stands": str(status)}
+    return dict.fromkeys(SCREENED.names) | own | {"stands": str(status)}
 
 
 def _merge(directory: Path, rows: pd.DataFrame) -> None:
@@ -318,6 +338,9 @@ def _merge(directory: Path, rows: pd.DataFrame) -> None:
     write_further(directory, "stands", stands, made)
     write_further(directory, "screening", screening, made)
     write_tables(directory, layouts, cases, opinions, {**manifest, **made}, keep_further=True)
+    begun = read_further(directory, "begun")
+    if len(begun):
+        _write_begun(directory, begun)
 
 
 def _with(table: pd.DataFrame, rows: pd.DataFrame) -> pd.DataFrame:

@@ -3,6 +3,7 @@
 import dataclasses
 import math
 import shutil
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -13,7 +14,13 @@ from steadyload.labelling.label_rows import LABEL
 from steadyload.labelling.labelling import label_set
 from steadyload.labelling.screened import checked_screening
 from steadyload.labelling.screened_loading import SCREEN, SCREENS, ByTwo, affecting
-from steadyload.labelling.screening import label_again, label_screened, screened_row
+from steadyload.labelling.screening import (
+    ScreenedUnit,
+    keep_begun,
+    label_again,
+    label_screened,
+    screened_row,
+)
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.benchmark import BenchmarkError, load_benchmark
 from steadyload.layouts.benchmark.dataset import KEYS
@@ -277,6 +284,49 @@ def test_what_is_done_is_kept_and_not_done_again(unlabelled, shipped):
     asked = np.concatenate([np.isfinite(values) for values in steps["reference"]])
     assert asked.any()
     assert not asked.all()
+
+
+def lost(scenario, layout):
+    """A row of a case that gives no label."""
+    return screening._lost_row(Status.ERROR, ScreenedUnit(((scenario, layout),), {}), 0, "lost")
+
+
+@pytest.mark.parametrize("older", [False, True])
+def test_rows_that_a_set_keeps_are_not_made_again(
+    older, unlabelled, shipped, tmp_path, monkeypatch
+):
+    """Unless code or packages are others by then; the set itself stays as it is."""
+    few = int(shipped[1].head(8)["item_count"].sort_values().iloc[3])
+    own = Path(shutil.copytree(unlabelled, tmp_path / "own"))
+    first = label_screened(unlabelled, most_items=few)
+    made = {path.name for path in (unlabelled / "screening").iterdir()}
+    before = load_benchmark(own)
+    assert keep_begun(unlabelled, own) == keep_begun(unlabelled, own) == first
+    after = load_benchmark(own)
+    for name in ("layouts", "cases", "opinions", "stands", "screening"):
+        pd.testing.assert_frame_equal(getattr(after, name), getattr(before, name))
+    assert after.manifest == before.manifest | {"begun": {"cases": first}}
+
+    copy = Path(shutil.copytree(own, tmp_path / "copy"))
+    asked = []
+    monkeypatch.setattr(screening, "screened_row", lambda *case: asked.append(case) or lost(*case))
+    monkeypatch.setattr(screening, "VERSION", screening.VERSION + older)
+    assert label_screened(copy, most_items=few) == first
+    assert len(asked) == first * older
+    if not older:
+        assert {path.name for path in (copy / "screening").iterdir()} == made
+        for one, two in zip(read_tables(copy)[:3], read_tables(unlabelled)[:3], strict=True):
+            pd.testing.assert_frame_equal(one, two)
+        pd.testing.assert_frame_equal(
+            load_benchmark(copy).stands, load_benchmark(unlabelled).stands
+        )
+    assert keep_begun(unlabelled, copy) == 0, "nothing is left of cases that have labels"
+
+
+def test_rows_are_kept_in_another_set(unlabelled, tmp_path):
+    for folder, why in ((unlabelled, "allowed: another folder"), (tmp_path, r"no manifest\.json")):
+        with pytest.raises(BenchmarkError, match=why):
+            keep_begun(unlabelled, folder)
 
 
 def test_an_interruption_between_two_tables_leaves_a_set_that_goes_on(

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from steadyload.layouts.benchmark.confidence import confidence
 from steadyload.layouts.benchmark.tables import (
-    FURTHER,
+    LOADED,
     SCREENING,
     STANDS,
     BenchmarkError,
@@ -323,7 +323,7 @@ def load_benchmark(directory: str | Path | None = None) -> Benchmark:
     cases = cases.assign(instance=instance.to_numpy())
     written = folder / "notes.md"
     notes = content_of(written, MAX_STORED_BYTES) if written.exists() else b""
-    further = {name: read_further(folder, name) for name in FURTHER}
+    further = {name: read_further(folder, name) for name in LOADED}
     told = notes.decode(errors="replace")
     return Benchmark(layouts, cases, opinions, manifest, told, **further)
 

@@ -135,10 +135,43 @@ The lists hold a value a step: how far the item got that moved most, in units of
 the simulation that ``screen``s, by the ``second`` one where there are two, and by the
 ``reference``, not a number where that was not asked; and ``why`` it was, empty where it was not."""
 
+SCREENED = pa.schema(
+    [
+        *(
+            pa.field(name, _TEXT, nullable=False)
+            for name in ("layout", "scenario", "status", "reason")
+        ),
+        pa.field("item_count", pa.int16(), nullable=False),
+        pa.field("failing_step", pa.int16()),
+        pa.field("stands", _TEXT, nullable=False),
+        pa.field("failing_step_stands", pa.int16()),
+        pa.field("moved_item", pa.int16()),
+        pa.field("moved", pa.list_(pa.int16())),
+        *(
+            pa.field(f"{what}_{when}", pa.list_(pa.float32()))
+            for what in ("corner", "angle")
+            for when in ("last", "most")
+        ),
+        *(
+            pa.field(name, pa.list_(pa.float32()))
+            for name in ("margin", "screen", "second", "reference")
+        ),
+        pa.field("why", pa.list_(_TEXT)),
+    ]
+)
+"""A row a case, as :mod:`steadyload.labelling.screening` makes it: its columns of :data:`CASES`,
+:data:`STANDS` and :data:`SCREENING`."""
+
+BEGUN = SCREENED.append(pa.field("key", _TEXT, nullable=False))
+"""Rows of cases that a set still calls unlabelled, each with the key of what it depends on."""
+
 _TABLES = {"layouts": LAYOUTS, "cases": CASES, "opinions": OPINIONS}
 
-FURTHER = {"stands": STANDS, "screening": SCREENING}
+LOADED = {"stands": STANDS, "screening": SCREENING}
 """Tables that only some labelled sets have, by name."""
+
+FURTHER = LOADED | {"begun": BEGUN}
+"""The same, with the table that labelling alone reads."""
 
 SET_FILES = ("manifest.json", "notes.md", *(f"{name}.parquet" for name in (*_TABLES, *FURTHER)))
 """Files of the folder of a labelled set."""
