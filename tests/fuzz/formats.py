@@ -39,6 +39,7 @@ from steadyload.learners.tensors import tensor_shapes
 from steadyload.learners.weights import load_weights
 from steadyload.measured.field_files import read_field_tests
 from steadyload.measured.motion_files import read_motion, write_motion
+from steadyload.measured.profiles import motion_profile
 from steadyload.methods.cascade.thresholds import FILE as THRESHOLDS
 from steadyload.methods.cascade.thresholds import load_thresholds
 from steadyload.methods.contract.method import judge
@@ -126,6 +127,18 @@ a,0.2,0.02,0,0.3,0.9998,0,0,0.02,0.1,0,-2,0,0,0.2,0.1,0.1,0.1,0.5,0.3
 b,0,0,0,0.05,1,0,0,0,,,,,,,,,,,
 b,0.1,0,0,0.05,1,0,0,0,,,,,,,,,,,
 b,0.2,0,0,0.05,1,0,0,0,,,,,,,,,,,
+"""
+
+MOTION_PROFILE = b"""\
+body = "a cube"
+ignored = ["frame"]
+[columns]
+trial = "toss"
+time = "t"
+[constants]
+mass = 0.4
+[noise]
+spin_rads = 0.3
 """
 
 FIELD = b"""\
@@ -445,6 +458,7 @@ def _files():
         (RULE, read_rule),
         (HISTORY, lambda path: nothing(recorded(path))),
         (MOTION, lambda path: nothing(read_motion(path))),
+        (MOTION_PROFILE, lambda path: nothing(motion_profile(path))),
         (_PLAN.read_bytes(), lambda path: nothing(load_plan(path))),
         (THRESHOLDS.read_bytes(), lambda path: nothing(load_thresholds("mujoco", path))),
         (stored.front(), stored.read_front),
@@ -492,6 +506,9 @@ FORMATS = {
     ),
     "motion-table": Format(
         lambda: [_motion_table()], lambda path: nothing(read_motion(path)), parquet.mutated_table
+    ),
+    "motion-profile": Format(
+        lambda: [MOTION_PROFILE], lambda path: nothing(motion_profile(path))
     ),
     "field-tests": Format(
         lambda: [FIELD, FIELD.replace(b'"B, two"', b"B, two").replace(b",", b";")
