@@ -1,4 +1,4 @@
-"""Record golden verdicts anew: ``python tests/golden/record.py [--deep | --one-machine]``.
+"""Record golden verdicts anew: ``python tests/golden/record.py``; flags: see ``--help``.
 
 First raise the version of the part that says something else, or what is stored would be taken for
 what is judged now.
@@ -16,6 +16,8 @@ from computations import computed
 from golden_cases import FILE as CASES
 from golden_cases import chosen_names
 from golden_methods import DEEP, array, asked
+from tosses import FILE as TOSSES
+from tosses import recorded
 from verdicts import FOLDER, ONE_MACHINE, judged, plan, read, turned, write
 
 from steadyload.engines.registry import capabilities
@@ -33,7 +35,14 @@ def main() -> None:
         "--one-machine", action="store_true",
         help="only which of the kept ones hold on one kind of machine alone",
     )  # fmt: skip
+    parser.add_argument(
+        "--tosses", action="store_true",
+        help="only where measured tosses end, which are not kept here, by installed engines",
+    )  # fmt: skip
     given = parser.parse_args()
+    if given.tosses:
+        TOSSES.write_text(json.dumps(recorded(), indent=0) + "\n")
+        return
     if given.one_machine:
         ONE_MACHINE.write_text(json.dumps(on_one_machine(), indent=0) + "\n")
         return
