@@ -36,7 +36,13 @@ from steadyload.studies.reality.chances import (
 )
 from steadyload.studies.reality.comparing import compare
 from steadyload.studies.reality.fitting import Fitted, closeness, nearest_genotype, search
-from steadyload.studies.reality.loading import changed, changes, differences
+from steadyload.studies.reality.loading import (
+    Changed,
+    changed,
+    changes,
+    differences,
+    rankings,
+)
 from steadyload.studies.reality.record import FIT, MEASURED, NOTE, halves, open_record
 from steadyload.studies.reality.releasing import FACES, Jittered, Taken, by_flights, contact_of
 from steadyload.studies.reality.running import Way, able_engines, is_slow, measured
@@ -458,15 +464,43 @@ def test_verdicts_that_change_are_counted_where_both_have_one():
         judged=SimpleNamespace(said=said, clusters=clusters),
         row=lambda spec: SimpleNamespace(accuracy=accuracy[spec]),
     )
-    (row,) = changed("E", preset, fitted_as(friction=0.2), evaluation)
+    (row,) = changed("E", preset, fitted_as(friction=0.2), evaluation, {})
     assert (row.layouts, row.changed.value, row.earlier.value) == (4, 0.75, 0.5)
-    assert (row.before.value, row.after.value) == (0.8, 0.6)
+    assert (row.before.value, row.after.value, row.agrees) == (0.8, 0.6, None)
+    by_reference = pd.Series([5, 2, 3, pd.NA, 0], index=cases, dtype="Int32")
+    (row,) = changed("E", preset, fitted_as(friction=0.2), evaluation, {"friction": by_reference})
+    assert (row.agrees.value, row.agrees.n) == (0.5, 4), "of those of the reference"
 
 
-def test_layouts_are_judged_with_fitted_contacts(lab, data, all_measured):
-    found = compare(measured(lab, data=data, **{**OPTIONS, "engines": (ENGINE,), "labels": 4}))
-    assert {row.change for row in found.changed} == {"friction", "bounce and hardness", "both"}
-    assert {row.layouts for row in found.changed} == {4}
+def row_of(engine, changed_, before, agrees=None, after=0.5, change="friction"):
+    estimates = (Estimate(value, value, value, 9) for value in (changed_, 0.1, before, after))
+    with_reference = None if agrees is None else Estimate(agrees, agrees, agrees, 9)
+    return Changed(engine, change, 9, *estimates, with_reference)
+
+
+def test_engines_are_ranked_before_and_after_without_the_reference():
+    rows = [
+        row_of("A", 0.3, 0.9, 0.7), row_of("B", 0.1, 0.8, 0.8), row_of("C", 0.2, 0.7, 0.6),
+        row_of("R", 0.05, 1.0, 1.0), row_of("A", 0.0, 0.9, 0.9, change="both"),
+    ]  # fmt: skip
+    (found,) = rankings(rows, "R")
+    assert (found.change, found.layouts, found.labels.value) == ("friction", 9, 0.05)
+    assert (found.least.engine, found.most.engine) == ("B", "A")
+    assert (found.first.engine, found.then.engine) == ("A", "B")
+    assert (found.pairs, found.turned) == (3, 1)
+    # Without the reference the order is by the labels as they are.
+    alone = [row_of("A", 0.3, 0.9, after=0.6), row_of("B", 0.1, 0.8, after=0.5)]
+    (found,) = rankings(alone, "")
+    assert (found.labels, found.then.engine, found.turned) == (None, "A", 0)
+
+
+def test_layouts_are_judged_with_fitted_contacts(lab, data, all_measured, assert_shown):
+    found = compare(measured(lab, data=data, **{**OPTIONS, "labels": 4}))
+    assert [one.change for one in found.rankings] == ["friction", "bounce and hardness", "both"]
+    assert {row.change for row in found.changed} == {one.change for one in found.rankings}
+    assert {row.layouts for row in [*found.changed, *found.rankings]} == {4}
+    text = assert_shown(Reality(), found, tables=tables(found), charts=CHARTS, drawn=False)
+    assert "pairs of engines change their order" in " ".join(text.split())
 
 
 # --- the page -----------------------------------------------------------------------------------

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 
 import numpy as np
+import pandas as pd
 
 from steadyload.measured.flight import FlightFacts
 from steadyload.reports.columns import column, decimal, fixed, general, row, significant
@@ -24,7 +25,15 @@ from steadyload.studies.reality.errors import (
     steps_of,
 )
 from steadyload.studies.reality.fitting import OFF_CM, SPACE, TURN_DEG
-from steadyload.studies.reality.loading import Changed, Difference, changed, differences
+from steadyload.studies.reality.loading import (
+    Changed,
+    Difference,
+    Ranking,
+    changed,
+    differences,
+    rankings,
+    verdicts,
+)
 from steadyload.studies.reality.record import FIT, MEASURED, Recorded
 from steadyload.studies.reality.releasing import SINCE_CONTACT
 from steadyload.studies.reality.running import CENTRE, FREQUENCY, AllMeasured, ByEngine, Way
@@ -123,6 +132,7 @@ class Found:
     calibrations: Sequence[Calibration]
     differences: Sequence[Difference]
     changed: Sequence[Changed]
+    rankings: Sequence[Ranking]
     worst: Sequence[Worst]
     missing: Sequence[str]
     jitters: int
@@ -230,21 +240,6 @@ class Found:
         """Fitted parameters that differ from those of the preset."""
         return [one for one in self.differences if one.differs]
 
-    @property
-    def frictions(self) -> Sequence[Difference]:
-        """Fitted coefficients of friction."""
-        return [one for one in self.differences if one.parameter == "friction"]
-
-    @property
-    def changed_by_friction(self) -> Sequence[Changed]:
-        """Verdicts on layouts that change when the friction alone is as fitted."""
-        return [one for one in self.changed if one.change == "friction"]
-
-    @property
-    def changed_otherwise(self) -> Sequence[Changed]:
-        """Likewise when bounce and hardness alone are."""
-        return [one for one in self.changed if one.change == "bounce and hardness"]
-
 
 def compare(found: AllMeasured) -> Found:
     """Errors of all engines; every interval resamples trials."""
@@ -254,6 +249,8 @@ def compare(found: AllMeasured) -> Found:
     fitted = {one.name: errors_of(one, Way.FITTED, recorded, MEASURED) for one in found.engines}
     closest = max(found.engines, key=lambda one: one.fitted.closeness)
     jittered = [one for one in found.engines if one.jittered]
+    reference = next((one for one in found.engines if one.is_reference), None)
+    verdicts_changed = _verdicts_changed(found.engines, reference)
     return Found(
         recorded=recorded,
         best=fitted[closest.name],
@@ -276,12 +273,8 @@ def compare(found: AllMeasured) -> Found:
             for one in found.engines
             for each in differences(one.title, one.preset, one.label, one.fitted)
         ],
-        changed=[
-            each
-            for one in found.engines
-            if one.evaluation is not None
-            for each in changed(one.title, one.preset, one.fitted, one.evaluation)
-        ],
+        changed=verdicts_changed,
+        rankings=rankings(verdicts_changed, reference.title if reference else ""),
         worst=worst(found),
         missing=found.missing,
         jitters=found.jitters,
@@ -290,6 +283,19 @@ def compare(found: AllMeasured) -> Found:
         made_with=found.made_with,
         measured=found,
     )
+
+
+def _verdicts_changed(engines: Sequence[ByEngine], reference: ByEngine | None) -> list[Changed]:
+    """Of the engines that judged layouts, each beside the reference, where that did, too."""
+    by_reference: Mapping[str, pd.Series] = {}
+    if reference is not None and reference.evaluation is not None:
+        by_reference = verdicts(reference.preset, reference.fitted, reference.evaluation)
+    return [
+        each
+        for one in engines
+        if one.evaluation is not None
+        for each in changed(one.title, one.preset, one.fitted, one.evaluation, by_reference)
+    ]
 
 
 def _flight(name: str, facts: FlightFacts) -> Flight:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import itertools
+from collections.abc import Mapping, Sequence
+
+import pandas as pd
 
 from steadyload.layouts.benchmark import Part, load_benchmark
 from steadyload.layouts.model.scenarios import Scenario
@@ -51,6 +54,34 @@ class Changed:
     earlier: Estimate = column("fails earlier %", percent, "or at all")
     before: Estimate = column("preset: accuracy %", percent)
     after: Estimate = column("changed: accuracy %", percent)
+    agrees: Estimate | None = column("as the reference so changed %", percent)
+
+
+@row
+class Ranking:
+    """Engines by accuracy, before and after presets take fitted values.
+
+    Attributes:
+        change: what is fitted, of :data:`CHANGES`.
+        layouts: that were judged.
+        labels: share of the verdicts of the reference, with the label's contact, that change; None
+            where it was not run.
+        least, most: the engines of the fewest and the most changed verdicts, without the reference.
+        first, then: the most accurate engines by presets against the labels, and with fitted values
+            against the reference that takes its own; without that against the labels.
+        pairs: of engines.
+        turned: those of them of which the other one is more accurate then.
+    """
+
+    change: str
+    layouts: int
+    labels: Estimate | None
+    least: Changed
+    most: Changed
+    first: Changed
+    then: Changed
+    pairs: int
+    turned: int
 
 
 def differences(engine: str, preset: str, label: str, found: Fitted) -> list[Difference]:
@@ -121,7 +152,27 @@ TIMEOUT = 120.0
 """CPU seconds that a judgement may take."""
 
 
-def changed(engine: str, preset: str, found: Fitted, evaluation: Evaluation) -> list[Changed]:
+def verdicts(preset: str, found: Fitted, evaluation: Evaluation) -> dict[str, pd.Series]:
+    """Items placed safely by case, by what takes fitted values.
+
+    Args:
+        preset: spec.
+        found: what was fitted.
+        evaluation: of :func:`judged`.
+    """
+    said = evaluation.judged.said
+    return {
+        change: said[str(make_method(spec).spec)] for change, spec in changes(preset, found).items()
+    }
+
+
+def changed(
+    engine: str,
+    preset: str,
+    found: Fitted,
+    evaluation: Evaluation,
+    reference: Mapping[str, pd.Series],
+) -> list[Changed]:
     """How many verdicts change.
 
     Args:
@@ -129,6 +180,7 @@ def changed(engine: str, preset: str, found: Fitted, evaluation: Evaluation) -> 
         preset: spec.
         found: what was fitted.
         evaluation: of :func:`judged`.
+        reference: :func:`verdicts` of the reference; empty where it was not run.
     """
     said, clusters = evaluation.judged.said, evaluation.judged.clusters
     own = str(make_method(preset).spec)
@@ -143,6 +195,48 @@ def changed(engine: str, preset: str, found: Fitted, evaluation: Evaluation) -> 
             Changed(
                 engine, change, len(both), share(first != second, at), share(second < first, at),
                 before, evaluation.row(other).accuracy,
+                _agreement(said[other], reference[change], clusters) if reference else None,
             )
         )  # fmt: skip
     return rows
+
+
+def _agreement(one: pd.Series, other: pd.Series, clusters: pd.Series) -> Estimate:
+    """Share of the cases on which both say the same, of those on which the second has a verdict."""
+    wanted = other.dropna().astype(int)
+    same = one.reindex(wanted.index).fillna(-1).astype(int) == wanted
+    return share(same.to_numpy(), clusters.loc[wanted.index])
+
+
+def rankings(rows: Sequence[Changed], reference: str) -> list[Ranking]:
+    """The order of engines before and after, by each change of which there are several engines.
+
+    Args:
+        rows: of all engines.
+        reference: title of the reference, which is no competitor.
+    """
+    found = []
+    for change in CHANGES:
+        own = [one for one in rows if one.change == change]
+        ranked = [one for one in own if one.engine != reference]
+        if len(ranked) < 2:
+            continue
+        labels = next((one.changed for one in own if one.engine == reference), None)
+        pairs = list(itertools.combinations(ranked, 2))
+        turned = sum(
+            (one.before.value - other.before.value) * (_then(one) - _then(other)) < 0.0
+            for one, other in pairs
+        )
+        by_changes = sorted(ranked, key=lambda one: one.changed.value)
+        found.append(
+            Ranking(
+                change, max(one.layouts for one in own), labels, by_changes[0], by_changes[-1],
+                max(ranked, key=lambda one: one.before.value), max(ranked, key=_then), len(pairs),
+                turned,
+            )
+        )  # fmt: skip
+    return found
+
+
+def _then(one: Changed) -> float:
+    return (one.after if one.agrees is None else one.agrees).value

@@ -96,6 +96,11 @@ class ByEngine:
         return capabilities(self.name).title
 
     @property
+    def is_reference(self) -> bool:
+        """Whether labels are made by it: it chooses its own steps."""
+        return capabilities(self.name).error_controlled
+
+    @property
     def is_timed(self) -> bool:
         """Whether its CPU time is known: that of an engine in a process of its own is not."""
         return not engines()[self.name].check_only
