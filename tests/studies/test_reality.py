@@ -44,8 +44,15 @@ from steadyload.studies.reality.loading import (
     rankings,
 )
 from steadyload.studies.reality.record import FIT, MEASURED, NOTE, halves, open_record
-from steadyload.studies.reality.releasing import FACES, Jittered, Taken, by_flights, contact_of
-from steadyload.studies.reality.running import Way, able_engines, is_slow, measured
+from steadyload.studies.reality.releasing import (
+    FACES,
+    Jittered,
+    Taken,
+    by_flights,
+    contact_of,
+    is_slow,
+)
+from steadyload.studies.reality.running import Way, able_engines, measured
 from steadyload.studies.reality.study import FILE, Reality
 from steadyload.studies.reality.tosses import COLUMNS, as_csv
 from steadyload.tuning.space import space_on
@@ -307,8 +314,8 @@ def test_halves_are_drawn_by_a_seed(count, seed):
 
 
 @pytest.mark.parametrize("engine", ["mujoco", "bullet", "reference"])
-@pytest.mark.parametrize("seed", [0, 1])
-def test_a_search_ends_where_no_neighbour_is_closer(engine, seed):
+@pytest.mark.parametrize(("seed", "seeds"), [(0, (0, 1)), (1, (0,)), (2, ())])
+def test_a_search_ends_where_no_neighbour_is_closer(engine, seed, seeds):
     """Of a hill with one top it finds the top, wherever that is."""
     space = space_on(engine, fitting.SPACE)
     random = np.random.default_rng(seed)
@@ -320,7 +327,7 @@ def test_a_search_ends_where_no_neighbour_is_closer(engine, seed):
         aside = sum(abs(at - best) for at, best in zip(genotype, top, strict=True))
         return [1.0 / (1.0 + aside)] * 3
 
-    found = search(space, space.start, judge)
+    found = search(space, space.start, judge, seeds)
     assert max(found, key=lambda genotype: found[genotype][0]) == tuple(top)
     assert len(asked) == len({*asked}) == len(found), "none is judged twice"
     assert space.start in found

@@ -161,6 +161,11 @@ class Found:
         return self.guesses[1]
 
     @property
+    def slow(self) -> Sequence[str]:
+        """Titles of the engines that run once a trial, without jitters."""
+        return [one.title for one in self.measured.engines if one.slow]
+
+    @property
     def measured_trials(self) -> int:
         """Trials of the half on which errors are measured."""
         return self.best.trials

@@ -13,7 +13,7 @@ from steadyload.reports.columns import row
 from steadyload.statistics.clusters import Clusters
 from steadyload.studies.kit import Asked
 from steadyload.studies.reality.record import FIT, Record
-from steadyload.studies.reality.releasing import Taken, end_of
+from steadyload.studies.reality.releasing import Taken, end_of, is_slow
 from steadyload.tuning.proposers import ALGORITHMS
 from steadyload.tuning.proposers import VERSION as PROPOSALS
 from steadyload.tuning.space import Genotype, Space, space_on
@@ -21,7 +21,8 @@ from steadyload.tuning.space import Genotype, Space, space_on
 SPACE, ALGORITHM = "motion", "genetic"
 
 SEEDS, POPULATION, GENERATIONS = (0, 1), 8, 6
-"""Of each search; the fittest of all is then compared with its neighbours."""
+"""Of each search; the fittest of all is then compared with its neighbours. Of slow engines, see
+:func:`steadyload.studies.reality.releasing.is_slow`, there are neighbours alone."""
 
 OFF_CM, TURN_DEG = 2.0, 10.0
 """Errors at which a trial is half as close as it could be: of rest, and of the attitude."""
@@ -112,7 +113,7 @@ class FitUnit(
             return found
 
         known = nearest_genotype(space, self.begin_with)
-        found = search(space, known, judge)
+        found = search(space, known, judge, () if is_slow(self.engine) else SEEDS)
         best = max(found, key=lambda genotype: np.mean(found[genotype]))
         least, most = _intervals(space, found)
         tried = sorted(
@@ -150,17 +151,21 @@ def nearest_genotype(space: Space, values: Mapping[str, float]) -> Genotype:
 
 
 def search(
-    space: Space, known: Genotype, judge: Callable[[Genotype], list[float]]
+    space: Space,
+    known: Genotype,
+    judge: Callable[[Genotype], list[float]],
+    seeds: Sequence[int],
 ) -> dict[Genotype, list[float]]:
     """Closeness of each trial by genotype, of all that a search has tried.
 
     The seeded searches of :data:`ALGORITHM`, and then the neighbours of the fittest, gene by gene,
-    until none is fitter.
+    until none is fitter; without seeds these begin at the known genotype.
 
     Args:
         space: what is searched.
         known: a genotype that the searches begin with, beside the start of the space.
         judge: closeness of each trial.
+        seeds: of the searches.
     """
     found: dict[Genotype, list[float]] = {}
 
@@ -169,7 +174,7 @@ def search(
             found[genotype] = judge(genotype)
         return float(np.mean(found[genotype]))
 
-    for seed in SEEDS:
+    for seed in seeds:
         proposer = ALGORITHMS[ALGORITHM](space, POPULATION, seed, (known,))
         try:
             for _ in range(GENERATIONS):
@@ -177,7 +182,7 @@ def search(
                 proposer.tell([(value, value, 1.0) for value in values])
         finally:
             proposer.close()
-    best = max(found, key=fitness)
+    best = max(found or [known], key=fitness)
     while True:
         nearer = max((best, *_neighbours(space, best)), key=fitness)
         if fitness(nearer) <= fitness(best):

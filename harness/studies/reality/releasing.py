@@ -10,7 +10,7 @@ from functools import cache
 import numpy as np
 
 from steadyload.engines.errors import EngineError
-from steadyload.engines.registry import package_versions, world_class
+from steadyload.engines.registry import capabilities, engines, package_versions, world_class
 from steadyload.engines.world import Box, WorldSettings
 from steadyload.measured.bodies import Vector
 from steadyload.measured.derived import face_down
@@ -108,6 +108,11 @@ def contact_of(spec: str) -> Contact:
 
 
 @cache
+def is_slow(engine: str) -> bool:
+    """Whether an engine is run once a trial: it chooses its own steps, or checks others alone."""
+    return capabilities(engine).error_controlled or engines()[engine].check_only
+
+
 def made_on_engine(engine: str) -> Mapping[str, str]:
     """Versions that results of an engine and of the released states depend on."""
     return made_on(engine) | package_versions(("numpy", "scipy"))

@@ -43,6 +43,7 @@ from steadyload.studies.reality.releasing import (
     ReleasedUnit,
     Taken,
     by_flights,
+    is_slow,
     made_on_engine,
 )
 from steadyload.tuning.space import spec_of
@@ -137,11 +138,6 @@ def able_engines() -> tuple[str, ...]:
             if facts.dimensions == 3 and facts.in_flight.support is not Support.IGNORED:
                 found.append(name)
     return tuple(found)
-
-
-def is_slow(engine: str) -> bool:
-    """Whether an engine is run once a trial: it chooses its own steps, or checks others alone."""
-    return capabilities(engine).error_controlled or engines()[engine].check_only
 
 
 def steps_of_the_body(flight: Taken, *, has_inertia: bool) -> dict[str, Taken]:
