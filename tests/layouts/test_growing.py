@@ -1,5 +1,6 @@
 """A growing layout is at any time what the layout of its items is."""
 
+import pickle
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +10,9 @@ from hypothesis import strategies as st
 
 from steadyload.layouts import Item, Layout, LayoutError, Pallet
 from steadyload.layouts.model.contacts import FLOOR, find_supports
+from steadyload.layouts.model.frame import Frame
 from steadyload.layouts.model.growing import GrowingLayout
+from steadyload.layouts.model.layout import ARRAYS
 from steadyload.layouts.packing.packing import random_layouts
 from steadyload.methods.simulation.scene import neighbourhood
 from steadyload.properties.strategies import layouts, packings
@@ -22,8 +25,12 @@ FEW = settings(max_examples=60, derandomize=True)
 def assert_equal(growing, items):
     """The growing layout holds these items, and knows of them what can be known."""
     whole = Layout("growing", growing.pallet, tuple(items))
-    assert growing.layout().items == whole.items
-    for name in ("lower", "upper", "weights", "mass_offsets"):
+    made = growing.layout()
+    assert (made.items, made.floor) == (whole.items, whole.floor)
+    for name in ARRAYS:
+        assert (getattr(made, name) == getattr(whole, name)).all()
+        assert not getattr(made, name).flags.writeable
+    for name in set(ARRAYS) - {"sizes"}:
         assert (getattr(growing, name) == getattr(whole, name)).all()
     assert growing.floor == whole.floor
     assert growing.supports == find_supports(whole)
@@ -112,8 +119,26 @@ def test_an_item_that_cannot_be_is_refused_as_a_layout_refuses_it(position, size
         Layout("growing", growing.pallet, (*items, wrong))
     with pytest.raises(LayoutError) as found:
         growing.put(wrong)
-    assert (found.value.message, found.value.item) == (whole.value.message, whole.value.item)
-    assert_equal(growing, items)
+    growing.cut(1)  # what is wrong is read later, and from another process
+    for told in (found.value, pickle.loads(pickle.dumps(found.value))):
+        assert (told.message, told.item) == (whole.value.message, whole.value.item)
+        assert str(told.located(layout="growing")) == str(whole.value)
+        inches = Frame(unit="in")
+        assert told.framed(inches).message == whole.value.framed(inches).message
+    assert_equal(growing, items[:1])
+
+
+def test_a_layout_stays_as_it_was_when_the_growing_one_goes_on():
+    growing = GrowingLayout(Pallet(100.0, 100.0, 100.0), "growing")
+    growing.put(Item(0, (0.0, 0.0, 0.0), (30.0, 20.0, 30.0), 1.0))
+    made, before = growing.layout("made"), Layout("made", growing.pallet, tuple(growing.items))
+    growing.take_off()
+    growing.put(Item(0, (50.0, 0.0, 50.0), (10.0, 10.0, 10.0), 7.0))
+    assert made.content_hash() == before.content_hash()
+    assert (made.name, made.items) == ("made", before.items)
+    for name in ("", "a\nb"):
+        with pytest.raises(LayoutError, match="name is"):
+            growing.layout(name)
 
 
 def test_faces_within_the_tolerance_touch_and_do_not_overlap():

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from steadyload.layouts.model.contacts import Patch, Supports
 from steadyload.layouts.model.floor import Floor, FloorKind
+from steadyload.layouts.model.frame import Frame
 from steadyload.layouts.model.layout import (
     TOLERANCE,
     FloatArray,
@@ -18,8 +19,10 @@ from steadyload.layouts.model.layout import (
     Layout,
     LayoutError,
     Pallet,
+    check_name,
     outside_error,
     overlap_error,
+    view_on,
 )
 from steadyload.statics import kernels
 from steadyload.statics.kernels.constants import FULL, OUTSIDE, OVERLAPS, STANDS
@@ -133,7 +136,7 @@ class GrowingLayout:
             if self._supports is not None:
                 self._note_supports(len(self.items) - 1)
         elif found[0] in (OUTSIDE, OVERLAPS):
-            raise self._refusal(item)
+            raise MisplacedError(self.pallet, tuple(self.items), item)
         return found
 
     def endings(
@@ -186,7 +189,7 @@ class GrowingLayout:
         return sorted(found.difference(items))
 
     def layout(self, name: str | None = None) -> Layout:
-        """The items as a layout.
+        """The items as a layout, which is not checked again.
 
         Args:
             name: None for the one it has.
@@ -194,7 +197,16 @@ class GrowingLayout:
         Raises:
             LayoutError: there are no items, or no such name.
         """
-        return Layout(self.name if name is None else name, self.pallet, tuple(self.items))
+        name = self.name if name is None else name
+        if not self.items:
+            return Layout(name, self.pallet, ())
+        check_name(name)
+        sizes = np.array([item.size for item in self.items], dtype=float)
+        arrays = {"sizes": sizes, "weights": self.weights.copy(), "lower": self.lower.copy()}
+        arrays |= {"upper": self.upper.copy(), "mass_offsets": self.mass_offsets.copy()}
+        for array in arrays.values():
+            array.setflags(write=False)
+        return view_on(arrays, name=name, pallet=self.pallet, items=tuple(self.items))
 
     def copy(self) -> GrowingLayout:
         """Another one with the same items, that grows by itself."""
@@ -242,18 +254,52 @@ class GrowingLayout:
         for on in supports.above.pop():
             supports.below[on].pop()
 
-    def _refusal(self, item: Item) -> LayoutError:
-        """Why an item cannot be where it is."""
-        low = np.array(item.position, dtype=float)
-        high = low + np.array(item.size, dtype=float)
-        least, most = np.array(self.pallet.contour)
+
+class MisplacedError(LayoutError):
+    """An item that stands out of the contour or overlaps another.
+
+    What is wrong is looked for when it is read: a search is refused often, and reads little.
+
+    Args:
+        pallet: see :class:`GrowingLayout`.
+        others: the items put on before.
+        refused: the item.
+    """
+
+    def __init__(self, pallet: Pallet, others: tuple[Item, ...], refused: Item) -> None:
+        Exception.__init__(self, pallet, others, refused)
+
+    def _found(self) -> LayoutError:
+        pallet, others, refused = self.args
+        low = np.array(refused.position, dtype=float)
+        high = low + np.array(refused.size, dtype=float)
+        least, most = np.array(pallet.contour)
         outside = np.maximum(least - low, high - most)
         if outside.max() > TOLERANCE:
             axis = int(outside.argmax())
-            return outside_error(item, self.pallet, axis, (float(low[axis]), float(high[axis])))
-        shared = np.minimum(self.upper, high) - np.maximum(self.lower, low)
-        depth = shared.min(axis=1)
-        return overlap_error(item, self.items[int(depth.argmax())], float(depth.max()))
+            return outside_error(refused, pallet, axis, (float(low[axis]), float(high[axis])))
+        lower = np.array([item.position for item in others], dtype=float)
+        upper = lower + np.array([item.size for item in others], dtype=float)
+        depth = (np.minimum(upper, high) - np.maximum(lower, low)).min(axis=1)
+        return overlap_error(refused, others[int(depth.argmax())], float(depth.max()))
+
+    if not TYPE_CHECKING:  # else every name would count as one that it has
+
+        def __getattr__(self, name: str) -> Any:
+            if name not in ("parts", "frame", "file", "layout", "item"):
+                raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+            vars(self).update(vars(self._found()))
+            return vars(self)[name]
+
+    def located(
+        self, *, file: str | None = None, layout: str | None = None, item: str | None = None
+    ) -> LayoutError:
+        """See :class:`LayoutError`."""
+        return self._found().located(file=file, layout=layout, item=item)
+
+    def framed(self, frame: Frame) -> LayoutError:
+        """See :class:`LayoutError`."""
+        return self._found().framed(frame)
 
 
 def first_arrays(pallet: Pallet) -> Arrays:

@@ -104,7 +104,7 @@ class Layout(ShownInNotebook):
     mass_offsets: FloatArray = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        _check_name(self.name)
+        check_name(self.name)
         try:
             items = self._in_order()
             lower = np.array([i.position for i in items], dtype=float)
@@ -259,7 +259,7 @@ class Layout(ShownInNotebook):
         Raises:
             LayoutError: it is not printable, or empty.
         """
-        _check_name(name)
+        check_name(name)
         return self._valid(name=name)
 
     def _valid(
@@ -279,7 +279,12 @@ class Layout(ShownInNotebook):
         )
 
 
-def _check_name(name: str) -> None:
+def check_name(name: str) -> None:
+    """Refuse a name that no layout may have.
+
+    Raises:
+        LayoutError: it is not printable, or empty.
+    """
     if not name or not name.isprintable():
         raise LayoutError(unprintable(name))
 
