@@ -18,9 +18,10 @@ import pandas as pd
 import pyarrow as pa
 
 from steadyload.atomic import is_unfinished, manifest_text, write_atomically
-from steadyload.layouts.benchmark import BenchmarkError, Part
+from steadyload.layouts.benchmark import BenchmarkError
 from steadyload.layouts.benchmark.build import BuildOptions, draw_case
 from steadyload.layouts.benchmark.dataset import row_of
+from steadyload.layouts.benchmark.parts import Part
 from steadyload.layouts.benchmark.tables import (
     CASES,
     LAYOUTS,

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from steadyload.layouts.benchmark import Part, load_benchmark
+from steadyload.layouts.benchmark import load_benchmark
+from steadyload.layouts.benchmark.parts import Part
 from steadyload.layouts.model.question import Question
 from steadyload.learners import LearnerError
 from steadyload.learners.features import FeatureKind

@@ -13,7 +13,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from steadyload.layouts.benchmark import Benchmark, Part, load_benchmark
+from steadyload.layouts.benchmark import Benchmark, load_benchmark
+from steadyload.layouts.benchmark.parts import Part
 from steadyload.layouts.model.layout import Layout
 from steadyload.layouts.model.question import Question
 from steadyload.learners import LeakError

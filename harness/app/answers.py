@@ -7,16 +7,18 @@ from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from steadyload.layouts.model.footing import Footing, Gap, Side
 from steadyload.layouts.model.frame import Frame
 from steadyload.methods.contract.old_keys import with_old_keys
 from steadyload.methods.contract.verdict import Verdict, record_of
 from steadyload.notebook import ShownInNotebook
-from steadyload.statics.bearing import Crushed
+from steadyload.statics.bearing.crushing import Crushed
 from steadyload.statistics.estimate import Estimate
-from steadyload.transport.trials import RuleAnswer
+
+if TYPE_CHECKING:
+    from steadyload.transport.trials import RuleAnswer
 
 TIPPING = 5.0
 """Angle [degrees] from which on a moved box is said to tip."""

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, partial
+from typing import TYPE_CHECKING
 
 from steadyload.app.answers import Answer as Answer
 from steadyload.app.answers import Check as Check
@@ -33,14 +34,20 @@ from steadyload.methods.doubt import doubt
 from steadyload.methods.envelope import leaves
 from steadyload.methods.registry import make_method
 from steadyload.numbers import number_within, seconds_allowed
+from steadyload.plugins import OWN
 from steadyload.progress import Progress, silent
-from steadyload.repairing.remedy import remedy
 from steadyload.runs.able import asked_question
 from steadyload.runs.methods_here import method_named, use_methods
 from steadyload.runs.pool import PartLimit, SinglePart, run_units
-from steadyload.statics.bearing import Crushed, first_crushed
+from steadyload.statics.bearing.crushing import Crushed, first_crushed
 from steadyload.transport.rules import Rule, rule_named
-from steadyload.transport.trials import answer_rule
+
+if TYPE_CHECKING:
+    from steadyload.repairing.remedy import Remedy
+    from steadyload.transport.trials import RuleAnswer
+
+_FEW = 100
+"""Layouts that compiled rules judge before a process beside this one has started."""
 
 _PATIENCE = 5.0
 """CPU seconds that a process is given beyond twice the time that a layout may take."""
@@ -157,13 +164,24 @@ def answer_on(
         outside=outside,
         doubt=with_ids(doubt(layout, judging, verdict, frame), layout.items),
         crushed=crushed,
-        transport=None if rule is None else answer_rule(layout, rule, judging),
+        transport=_on_the_road(layout, rule, judging),
     )
+
+
+def _on_the_road(layout: Layout, rule: Rule | None, method: Method) -> RuleAnswer | None:
+    """The answer of a rule, where there is one: few checks need the solvers of transport."""
+    if rule is None:
+        return None
+    from steadyload.transport.trials import answer_rule
+
+    return answer_rule(layout, rule, method)
 
 
 def _remedy(layout: Layout, verdict: Verdict, frame: Frame) -> str:
     """The smallest change by which the failing step would stand, in a sentence."""
-    found = None if verdict.failing_step is None else remedy(layout, verdict.failing_step)
+    if verdict.failing_step is None:
+        return ""
+    found = _remedies()(layout, verdict.failing_step)
     return "" if found is None else found.sentence(layout, frame)
 
 
@@ -220,7 +238,7 @@ def check_all(
         transport: likewise.
         gaps_cm: likewise.
         frame: likewise.
-        workers: processes that judge; 0 judges in this one.
+        workers: processes that judge; 0 judges in this one, as rules do few layouts.
         progress: called with the layouts done and those in all.
 
     Raises:
@@ -253,7 +271,7 @@ def check_all(
     progress(done, len(entries))
     timed_out = partial(_not_judged, Status.TIMEOUT)
     for unit, [answer] in run_units(
-        _check, units, workers=min(workers, len(units)),
+        _check, units, workers=0 if _at_once(judges, units) else min(workers, len(units)),
         crashed=partial(_not_judged, Status.CRASHED),
         limit=None if timeout is None else PartLimit(2.0 * timeout + _PATIENCE, timed_out),
     ):  # fmt: skip
@@ -304,7 +322,22 @@ def _prepare_remedies() -> None:
     """Compile what the look for a remedy calls, or load the compiled code."""
     side = (20.0, 20.0, 20.0)
     boxes = (Item(0, (0.0, 0.0, 0.0), side, 5.0), Item(1, (15.0, 20.0, 0.0), side, 5.0))
-    remedy(Layout("leans", Pallet(100.0, 100.0, 100.0), boxes), 1)
+    _remedies()(Layout("leans", Pallet(100.0, 100.0, 100.0), boxes), 1)
+
+
+def _remedies() -> Callable[[Layout, int], Remedy | None]:
+    """What looks for a remedy, imported when a plan fails: its search is all compiled code."""
+    from steadyload.repairing.remedy import remedy
+
+    return remedy
+
+
+def _at_once(methods: Sequence[Method], units: Sequence[_Entry]) -> bool:
+    """Whether all is judged before a process beside this one has started: a few layouts, by
+    compiled rules of ours, which heed the limit on their time and end no process.
+    """
+    own = all(m.judges_batches and type(m).__module__.startswith(OWN) for m in methods)
+    return own and len(units) <= _FEW and not any(unit.rule for unit in units)
 
 
 def _not_judged(status: Status, unit: _Entry, _: int, reason: str) -> Check:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from steadyload.layouts.benchmark import REAL, Part, load_benchmark
+from steadyload.layouts.benchmark import load_benchmark
+from steadyload.layouts.benchmark.parts import REAL, Part
 from steadyload.layouts.model.layout import Layout
 from steadyload.layouts.model.question import Question
 from steadyload.layouts.model.scenarios import Scenario

@@ -35,7 +35,7 @@ from steadyload.reports.viewer.records import (
     ViewedStep,
 )
 from steadyload.runs.provenance import provenance_lines
-from steadyload.statics.bearing import ContactForces, contact_forces
+from steadyload.statics.bearing.forces import ContactForces, contact_forces
 from steadyload.transport.recording import record_ride
 from steadyload.transport.rules import rule_named
 

@@ -81,7 +81,7 @@ class Export:
 
     directory: str | None = labelled_set()
     part: str = option(
-        "all", "default: all labelled cases", choices="steadyload.layouts.benchmark:Part"
+        "all", "default: all labelled cases", choices="steadyload.layouts.benchmark.parts:Part"
     )
     scenarios: tuple[str, ...] = option(
         (), "only this; may be repeated", names=("--scenario",),

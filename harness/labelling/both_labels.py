@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pandas as pd
 
-from steadyload.layouts.benchmark.dataset import KEYS, SPLITS, Benchmark
+from steadyload.layouts.benchmark.dataset import KEYS, Benchmark
+from steadyload.layouts.benchmark.parts import SPLITS
 from steadyload.layouts.model.scenarios import Scenario
 from steadyload.reports.columns import column, percent, row
 from steadyload.statistics.estimate import Estimate

@@ -9,7 +9,8 @@ import pandas as pd
 
 from steadyload.labelling.label_rows import LABEL
 from steadyload.labelling.labelling import judged
-from steadyload.layouts.benchmark.dataset import HELD_OUT, Part, load_benchmark
+from steadyload.layouts.benchmark.dataset import load_benchmark
+from steadyload.layouts.benchmark.parts import HELD_OUT, Part
 from steadyload.layouts.benchmark.tables import STANDS, BenchmarkError, write_further
 from steadyload.layouts.model.question import Question
 from steadyload.layouts.model.scenarios import Scenario

@@ -26,13 +26,8 @@ from steadyload.labelling.label_rows import (
 )
 from steadyload.layouts.benchmark.build import BuildOptions, build
 from steadyload.layouts.benchmark.confidence import Reason
-from steadyload.layouts.benchmark.dataset import (
-    HELD_OUT,
-    KEYS,
-    Benchmark,
-    load_benchmark,
-    stored_offsets,
-)
+from steadyload.layouts.benchmark.dataset import KEYS, Benchmark, load_benchmark, stored_offsets
+from steadyload.layouts.benchmark.parts import HELD_OUT
 from steadyload.layouts.benchmark.real import (
     Before,
     ListInputs,

@@ -12,7 +12,7 @@ from scipy.stats import beta
 
 from steadyload.labelling.screened_loading import CHECKED_BY_TWO
 from steadyload.layouts.benchmark.dataset import KEYS
-from steadyload.layouts.benchmark.sizes import FEWER, SIZES, binned
+from steadyload.layouts.sizes import FEWER, SIZES, binned
 from steadyload.reports.columns import column, percent, plain_percent, row
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import share

@@ -35,9 +35,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from steadyload.labelling.label_rows import LABEL, case_row
-from steadyload.layouts.benchmark.sizes import MOST_SMALL
 from steadyload.layouts.model.contacts import find_contacts
 from steadyload.layouts.model.layout import Layout
+from steadyload.layouts.sizes import MOST_SMALL
 from steadyload.methods.contract.method import Status
 from steadyload.methods.registry import make_method
 from steadyload.methods.simulation.simulation import Simulation

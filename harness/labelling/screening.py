@@ -25,7 +25,8 @@ from steadyload.labelling.screened_loading import (
     ScreenedLoading,
     screens_of,
 )
-from steadyload.layouts.benchmark.dataset import KEYS, Benchmark, Part, load_benchmark
+from steadyload.layouts.benchmark.dataset import KEYS, Benchmark, load_benchmark
+from steadyload.layouts.benchmark.parts import Part
 from steadyload.layouts.benchmark.splits import splits_of_manifest
 from steadyload.layouts.benchmark.tables import (
     CASES,

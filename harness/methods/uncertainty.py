@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import ndtr, ndtri
 
 from steadyload.engines.quantities import check_ranges, quantity
 from steadyload.engines.registry import world_class
@@ -123,6 +122,8 @@ def _out_of_plane(method: Method, layout: Layout) -> int | None:
 
 
 def _with_friction(method: Method, spread: float, uniforms: FloatArray) -> list[Method]:
+    from scipy.special import ndtr, ndtri
+
     declared = next(f for f in dataclasses.fields(method.parameters) if f.name == _FRICTION)
     ends = declared.metadata["least"], declared.metadata["most"]
     planned = method.parameters.friction

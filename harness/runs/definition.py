@@ -15,8 +15,7 @@ from steadyload.config import REQUIRED, option, refuse_missing, values_of
 from steadyload.engines.registry import absent_engines
 from steadyload.errors import UserError, nearest
 from steadyload.escaping import shown
-from steadyload.layouts.benchmark import Part
-from steadyload.layouts.benchmark.dataset import set_named
+from steadyload.layouts.benchmark.parts import Part, set_named
 from steadyload.layouts.files.dialect import Dialect, DialectError, load_profile
 from steadyload.layouts.files.record import Refused
 from steadyload.layouts.formats import Reading, scan_layouts

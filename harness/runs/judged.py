@@ -13,9 +13,9 @@ import pandas as pd
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from steadyload.layouts.benchmark.sizes import MOST_SMALL
 from steadyload.layouts.model.question import Question
 from steadyload.layouts.model.scenarios import Scenario
+from steadyload.layouts.sizes import MOST_SMALL
 from steadyload.methods.contract.spec import parse_spec
 from steadyload.methods.naming import MethodKey, named
 from steadyload.runs.definition import AS_GIVEN

@@ -17,8 +17,9 @@ import pandas as pd
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from steadyload.layouts.benchmark import Benchmark, Part, load_benchmark
+from steadyload.layouts.benchmark import Benchmark, load_benchmark
 from steadyload.layouts.benchmark.dataset import KEYS
+from steadyload.layouts.benchmark.parts import Part
 from steadyload.layouts.benchmark.tables import as_parquet, from_parquet, later
 from steadyload.layouts.files.record import Refused
 from steadyload.layouts.files.refusals import Refusals

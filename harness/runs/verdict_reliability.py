@@ -16,7 +16,6 @@ from enum import StrEnum
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import betaincinv, ndtri, stdtrit
 
 from steadyload.engines.quantities import check_ranges, quantity
 from steadyload.layouts.model.layout import FloatArray, Layout
@@ -220,6 +219,8 @@ def standing_interval(
         Lower and upper end; samples without a verdict count as falling for the one, as standing
         for the other.
     """
+    from scipy.special import betaincinv, ndtri, stdtrit
+
     stood, open_ = np.asarray(stands, dtype=bool), np.asarray(lost, dtype=bool)
     n, least = len(stood), int(stood.sum())
     most = least + int(open_.sum())

@@ -20,7 +20,7 @@ import numpy as np
 import pandas as pd
 
 from steadyload.atomic import without_link
-from steadyload.layouts.benchmark.dataset import LISTS, set_named
+from steadyload.layouts.benchmark.parts import LISTS, set_named
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.model.floor import FloorKind
 from steadyload.layouts.model.item import Item

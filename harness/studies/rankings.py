@@ -9,8 +9,8 @@ from enum import StrEnum
 from itertools import combinations
 from typing import NamedTuple
 
-from steadyload.layouts.benchmark import Part, load_benchmark
-from steadyload.layouts.benchmark.dataset import set_named
+from steadyload.layouts.benchmark import load_benchmark
+from steadyload.layouts.benchmark.parts import Part, set_named
 from steadyload.methods.naming import MethodKey
 from steadyload.methods.registry import make_method
 from steadyload.reports.columns import column, names, percent, plain_percent, row

@@ -12,8 +12,9 @@ from typing import Any
 import pandas as pd
 
 from steadyload.engines.registry import capabilities
-from steadyload.layouts.benchmark import CHOOSING, PLANAR, REAL, Part, load_benchmark
+from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.benchmark.dataset import KEYS
+from steadyload.layouts.benchmark.parts import CHOOSING, PLANAR, REAL, Part
 from steadyload.layouts.model.layout import Layout
 from steadyload.layouts.model.question import Question
 from steadyload.statistics.placed import items_placed_by_case

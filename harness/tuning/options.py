@@ -9,7 +9,7 @@ from typing import Any
 from steadyload.config import stated
 from steadyload.engines.registry import engines
 from steadyload.errors import nearest
-from steadyload.layouts.benchmark import Part
+from steadyload.layouts.benchmark.parts import Part
 from steadyload.tuning import TuningError
 from steadyload.tuning.cases import CaseSource, own_part, set_for
 from steadyload.tuning.cost import CostModel

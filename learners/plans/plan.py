@@ -9,7 +9,7 @@ from typing import Any
 
 from steadyload.config import option
 from steadyload.errors import nearest
-from steadyload.layouts.benchmark import UNLEARNT, Part
+from steadyload.layouts.benchmark.parts import UNLEARNT, Part
 from steadyload.learners import LearnerError
 from steadyload.learners.generation import GenerationOptions
 from steadyload.learners.options import options_from, training_preset

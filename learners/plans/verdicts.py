@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from steadyload.layouts.benchmark import Part
+from steadyload.layouts.benchmark.parts import Part
 from steadyload.learners.features import VERSION as FEATURES
 from steadyload.learners.features import Array32, FeatureKind
 from steadyload.learners.inference import VERSION as INFERENCE

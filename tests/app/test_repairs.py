@@ -18,7 +18,7 @@ from steadyload.layouts.model.frame import Frame
 from steadyload.layouts.model.layout import TOLERANCE, LayoutError
 from steadyload.repairing.confirmed import Stopped
 from steadyload.repairing.search import Search
-from steadyload.statics.bearing import first_crushed
+from steadyload.statics.bearing.crushing import first_crushed
 
 PALLET = sl.Pallet(120, 160, 80)
 PICTURES = runpy.run_path(str(Path(__file__).parents[2] / "docs" / "repair_pictures.py"))

@@ -17,7 +17,8 @@ from steadyload.app.demo import demo_pallets
 from steadyload.app.faults import reason_of
 from steadyload.app.recommend.kept import load_fronts
 from steadyload.cli import main
-from steadyload.layouts.benchmark import REAL, load_benchmark
+from steadyload.layouts.benchmark import load_benchmark
+from steadyload.layouts.benchmark.parts import REAL
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.model.layout import Item, Layout, Pallet
 from steadyload.methods.contract.method import Status, Verdict
@@ -680,3 +681,22 @@ def test_what_falls_before_it_crushes_falls():
     found = sl.check(Layout("falls", PALLET, (*items, top)))
     assert found.sentence.startswith("fails at step 1")
     assert found.crushed is None
+
+
+@pytest.mark.parametrize("command", ["check", "score"])
+@pytest.mark.parametrize("method", ["sme", "equilibrium"])
+def test_a_rule_is_asked_without_tables_and_solvers(command, method, tmp_path):
+    file = tmp_path / "pallet.json"
+    write_layouts(file, [FALLING], Format.NATIVE)
+    script = f"""
+import sys
+from steadyload.cli import main
+main(["{command}", {str(file)!r}, "-m", "{method}"])
+heavy = {{"pandas", "pyarrow", "scipy.optimize", "scipy.special", "scipy.sparse", "clarabel"}}
+assert not heavy & set(sys.modules), heavy & set(sys.modules)
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert "falls" in done.stdout

@@ -15,7 +15,7 @@ from steadyload.layouts.files.dialect import Dialect
 from steadyload.layouts.formats import Format, read_layouts, write_layouts
 from steadyload.methods import make_method
 from steadyload.methods.session.session import LoadingSession
-from steadyload.statics.bearing import first_crushed
+from steadyload.statics.bearing.crushing import first_crushed
 
 HANDED = Path(__file__).resolve().parents[3] / "shared" / "repro" / "2"
 SCRIPTS = {"README.md", "crush.py", "gap01.py", "report_undo_traversal.sh", "weights_bomb.py"}

@@ -11,7 +11,8 @@ import pytest
 from pyarrow import parquet
 
 from steadyload.cli import main
-from steadyload.layouts.benchmark.dataset import KEYS, SHIPPED, load_benchmark
+from steadyload.layouts.benchmark.dataset import KEYS, load_benchmark
+from steadyload.layouts.benchmark.parts import SHIPPED
 from steadyload.tuning.ledger import Ledger
 
 CASES = 2

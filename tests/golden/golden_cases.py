@@ -15,7 +15,7 @@ import pandas as pd
 
 from steadyload.layouts import Layout
 from steadyload.layouts.benchmark import load_benchmark
-from steadyload.layouts.benchmark.dataset import PLANAR
+from steadyload.layouts.benchmark.parts import PLANAR
 
 FILE = Path(__file__).parent / "verdicts" / "cases.json"
 _TURN = ("near unstable", "unstable", "stable", "near stable", "unstable", "stable")

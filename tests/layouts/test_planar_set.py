@@ -7,13 +7,14 @@ import pytest
 
 from steadyload.cli import main
 from steadyload.labelling.labelling import build_set, split_sizes
-from steadyload.layouts.benchmark import PLANAR, load_benchmark
+from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.benchmark.build import (
     PLANAR_OPTIONS,
     BuildOptions,
     build,
 )
 from steadyload.layouts.benchmark.overview import overview
+from steadyload.layouts.benchmark.parts import PLANAR
 from steadyload.layouts.model.scenarios import Scenario, apply_scenario
 from steadyload.layouts.packing.heuristics import HEURISTICS
 from steadyload.layouts.packing.packing import (

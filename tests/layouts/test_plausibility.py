@@ -8,7 +8,8 @@ import pytest
 from steadyload.app.viewing import pick_layouts
 from steadyload.cli import main
 from steadyload.layouts.batch_files import read_batch
-from steadyload.layouts.benchmark.dataset import SETS, load_benchmark
+from steadyload.layouts.benchmark.dataset import load_benchmark
+from steadyload.layouts.benchmark.parts import SETS
 from steadyload.layouts.files.dialect import Dialect
 from steadyload.layouts.formats import scan_layouts
 from steadyload.layouts.model.layout import Item, Layout, Pallet

@@ -31,12 +31,12 @@ from steadyload.layouts.benchmark.real import (
     build_real,
     real_manifest,
 )
-from steadyload.layouts.benchmark.sizes import MOST_SMALL
 from steadyload.layouts.benchmark.splits import splits_of_manifest
 from steadyload.layouts.benchmark.tables import CASES, BenchmarkError, read_tables, write_tables
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.model.floor import FloorKind
 from steadyload.layouts.packers.packed import PACKERS
+from steadyload.layouts.sizes import MOST_SMALL
 
 ITEMS = "ID,X,Y,Z,ROTATION_XYZ,COPIES\n0,110,100,90,1,5\n1,120,80,100,1,4\n"
 PRODUCTS = """#products 4

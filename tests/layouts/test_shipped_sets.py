@@ -12,9 +12,10 @@ import pytest
 
 from steadyload.labelling.label_rows import LABEL, LIMITS
 from steadyload.labelling.labelling import JUDGES
-from steadyload.layouts.benchmark import CHOOSING, PLANAR, load_benchmark
+from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.benchmark.build import PLANAR_OPTIONS, BuildOptions, draw_case
-from steadyload.layouts.benchmark.dataset import KEYS, LISTS, SETS, SHIPPED
+from steadyload.layouts.benchmark.dataset import KEYS
+from steadyload.layouts.benchmark.parts import CHOOSING, LISTS, PLANAR, SETS, SHIPPED
 from steadyload.layouts.benchmark.splits import SIZES, assign_splits
 from steadyload.layouts.benchmark.tables import write_tables
 from steadyload.layouts.model.scenarios import Scenario

@@ -2,7 +2,7 @@
 
 import pytest
 
-from steadyload.layouts.benchmark.sizes import FEWER, FINE_SIZES, MOST_SMALL, SIZES, binned
+from steadyload.layouts.sizes import FEWER, FINE_SIZES, MOST_SMALL, SIZES, binned
 
 
 def test_a_bin_holds_what_its_name_says():

@@ -7,7 +7,6 @@ import pandas as pd
 import pytest
 
 from steadyload.layouts.benchmark import BenchmarkError
-from steadyload.layouts.benchmark.sizes import MOST_SMALL
 from steadyload.layouts.benchmark.splits import (
     MOST_STABLE,
     FurtherDraw,
@@ -16,6 +15,7 @@ from steadyload.layouts.benchmark.splits import (
     split_by_instance,
     spread_over_lists,
 )
+from steadyload.layouts.sizes import MOST_SMALL
 
 SIZES = SplitSizes(test=40, validation=12, test_lists=3, validation_lists=1)
 

@@ -25,7 +25,7 @@ from steadyload.methods import make_method
 from steadyload.repairing.confirmed import Confirmation, ConfirmedSearch, Stopped, changed_plan
 from steadyload.repairing.plan import Boxes, Kind, kept_in_order
 from steadyload.statics import kernels
-from steadyload.statics.bearing import first_crushed
+from steadyload.statics.bearing.crushing import first_crushed
 
 MARGIN = 0.5
 ALL = frozenset(Kind)

@@ -12,9 +12,9 @@ import pytest
 
 from steadyload.atomic import checksum
 from steadyload.cli import main
-from steadyload.layouts.benchmark import BenchmarkError, Part, load_benchmark
+from steadyload.layouts.benchmark import BenchmarkError, load_benchmark
 from steadyload.layouts.benchmark.build import BuildOptions, build
-from steadyload.layouts.benchmark.dataset import SHIPPED
+from steadyload.layouts.benchmark.parts import SHIPPED, Part
 from steadyload.layouts.benchmark.tables import (
     CASES,
     OPINIONS,

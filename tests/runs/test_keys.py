@@ -23,7 +23,7 @@ from steadyload.labelling import label_rows, screening
 from steadyload.labelling.label_rows import TraceUnit
 from steadyload.labelling.screened_loading import SCREEN, SCREENS
 from steadyload.labelling.screening import ScreenedUnit
-from steadyload.layouts.benchmark import Part
+from steadyload.layouts.benchmark.parts import Part
 from steadyload.layouts.model.layout import Layout
 from steadyload.layouts.packing.packing import random_layouts
 from steadyload.learners import tested

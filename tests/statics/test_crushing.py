@@ -13,7 +13,8 @@ from steadyload.layouts.model.layout import Item, Layout, Pallet
 from steadyload.methods.contract import stopwatch
 from steadyload.methods.contract.method import Status
 from steadyload.methods.session.session import LoadingSession
-from steadyload.statics.bearing import crushing, first_crushed, forces
+from steadyload.statics.bearing import crushing, forces
+from steadyload.statics.bearing.crushing import first_crushed
 from steadyload.statics.bearing.forces import Statics
 
 

@@ -11,7 +11,8 @@ from piles import wall
 from steadyload.layouts.model.contacts import find_supports
 from steadyload.layouts.model.layout import Item, Layout, Pallet
 from steadyload.layouts.packing.packing import random_layouts
-from steadyload.statics.bearing import crushing, first_crushed
+from steadyload.statics.bearing import crushing
+from steadyload.statics.bearing.crushing import first_crushed
 from steadyload.statics.bearing.forces import Rectangles, Statics
 from steadyload.statics.bearing.growing import GrowingStatics
 

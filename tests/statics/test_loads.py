@@ -12,8 +12,9 @@ from steadyload.layouts.model.frame import Frame
 from steadyload.layouts.model.layout import Item, Layout, Pallet
 from steadyload.layouts.packing.packing import random_layouts
 from steadyload.numbers import NumberError
-from steadyload.statics.bearing import contact_forces, first_crushed, loads, payload
-from steadyload.statics.bearing.forces import Statics
+from steadyload.statics.bearing.crushing import first_crushed
+from steadyload.statics.bearing.forces import Statics, contact_forces
+from steadyload.statics.bearing.loads import loads, payload
 from steadyload.time_limit import TimeoutExpiredError
 
 PALLET = Pallet(100, 200, 100)

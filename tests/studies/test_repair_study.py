@@ -12,7 +12,8 @@ import pytest
 from steadyload.app.checking import check
 from steadyload.app.repairs import Outcome
 from steadyload.layouts import Item, Layout, Pallet
-from steadyload.layouts.benchmark import REAL, load_benchmark
+from steadyload.layouts.benchmark import load_benchmark
+from steadyload.layouts.benchmark.parts import REAL
 from steadyload.layouts.benchmark.tables import BenchmarkError
 from steadyload.layouts.packers.packed import PackerNotInstalledError
 from steadyload.methods import make_method

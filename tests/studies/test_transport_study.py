@@ -6,8 +6,7 @@ import pytest
 
 from steadyload.app.recommend.front import front_for
 from steadyload.app.recommend.kept import load_fronts
-from steadyload.layouts.benchmark import REAL
-from steadyload.layouts.benchmark.dataset import LISTS
+from steadyload.layouts.benchmark.parts import LISTS, REAL
 from steadyload.layouts.model.layout import Item, Layout, Pallet
 from steadyload.layouts.model.question import Question
 from steadyload.reports.table import decimal, percent

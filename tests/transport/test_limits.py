@@ -6,10 +6,10 @@ from steadyload.engines.registry import capabilities, engine_names
 from steadyload.layouts.model.layout import Item, Layout, Pallet
 from steadyload.methods.registry import make_method
 from steadyload.methods.simulation.simulation_parameters import SimulationParameters
-from steadyload.transport import TransportError, limits
 from steadyload.transport.balance import Mode
+from steadyload.transport.errors import TransportError
 from steadyload.transport.history import constant, trapezoid
-from steadyload.transport.limits import RESOLUTION, around
+from steadyload.transport.limits import RESOLUTION, around, limits
 from steadyload.transport.riding import LoadedWorld
 from steadyload.transport.rules import Rule, rules
 from steadyload.transport.trials import under_history, under_rule

@@ -10,7 +10,7 @@ import pytest
 from scipy.stats import binom
 
 from steadyload.cli import main
-from steadyload.layouts.benchmark import CHOOSING, Part
+from steadyload.layouts.benchmark.parts import CHOOSING, Part
 from steadyload.layouts.model.question import Question
 from steadyload.methods.cascade.thresholds import Larger, Stage, load_thresholds, write_thresholds
 from steadyload.methods.contract.method import Stopwatch

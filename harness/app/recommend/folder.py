@@ -11,8 +11,8 @@ import numpy as np
 from steadyload.app.recommend.front import Front, FrontError
 from steadyload.app.recommend.kept import NAME, REAL, SMALL, SPATIAL, load_fronts
 from steadyload.app.recommend.measured import front_of
-from steadyload.layouts.benchmark.sizes import FINE_SIZES
 from steadyload.layouts.model.question import Question
+from steadyload.layouts.sizes import FINE_SIZES
 from steadyload.runs.costs import CPU, limited_costs
 from steadyload.runs.evaluation import evaluate
 from steadyload.runs.judged import load_judged, manifest_lines

@@ -11,8 +11,8 @@ from typing import Any
 from steadyload.app.recommend.front import Front, FrontError
 from steadyload.atomic import manifest_text, verified_manifest, write_atomically
 from steadyload.config import bind
-from steadyload.layouts.benchmark.sizes import FINE_SIZES
 from steadyload.layouts.model.question import Question
+from steadyload.layouts.sizes import FINE_SIZES
 from steadyload.reading import MAX_STORED_BYTES, TooLargeError, content_of, json_of, own_file
 
 SPATIAL = "spatial"

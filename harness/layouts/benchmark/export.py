@@ -13,7 +13,8 @@ from typing import Any
 import pandas as pd
 
 from steadyload.atomic import write_atomically
-from steadyload.layouts.benchmark.dataset import KEYS, Benchmark, Part
+from steadyload.layouts.benchmark.dataset import KEYS, Benchmark
+from steadyload.layouts.benchmark.parts import Part
 from steadyload.layouts.files.csv_cells import harmless
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.statistics.placed import items_placed_by_case

@@ -7,7 +7,8 @@ from typing import Any
 import pandas as pd
 
 from steadyload.layouts.benchmark.confidence import agrees
-from steadyload.layouts.benchmark.dataset import SPLITS, Benchmark
+from steadyload.layouts.benchmark.dataset import Benchmark
+from steadyload.layouts.benchmark.parts import SPLITS
 from steadyload.layouts.model.scenarios import Scenario
 
 _NO_SPLIT = "none"

@@ -25,7 +25,6 @@ from steadyload.layouts.benchmark.item_lists import (
     pallet_lists,
     product_files,
 )
-from steadyload.layouts.benchmark.sizes import MOST_SMALL
 from steadyload.layouts.benchmark.tables import BenchmarkError
 from steadyload.layouts.files.limits import MAX_FILE_BYTES
 from steadyload.layouts.formats import read_layouts
@@ -38,6 +37,7 @@ from steadyload.layouts.packers.packed import (
     packer_versions,
     with_packingsolver,
 )
+from steadyload.layouts.sizes import MOST_SMALL
 from steadyload.progress import Progress, silent
 from steadyload.reading import content_of
 

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from steadyload.layouts.benchmark.sizes import MOST_SMALL
 from steadyload.layouts.benchmark.tables import BenchmarkError
 from steadyload.layouts.model.scenarios import Scenario
+from steadyload.layouts.sizes import MOST_SMALL
 
 _TEST_ALONE = ("test",)
 

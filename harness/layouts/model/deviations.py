@@ -11,7 +11,6 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import ndtr, ndtri
 
 from steadyload.layouts.model.layout import (
     SIDES,
@@ -60,6 +59,8 @@ def deviated(
         weight: that of the logarithm of a weight.
         still: an axis, 0 to 2, along which nothing deviates.
     """
+    from scipy.special import ndtr, ndtri
+
     uniforms = uniforms[:, : len(layout)]
     free = np.arange(3) != still
     offsets = np.broadcast_to(layout.mass_offsets, (len(uniforms), len(layout), 3))

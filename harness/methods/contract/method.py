@@ -337,6 +337,11 @@ class Method(ABC):
             for finding, count in zip(findings, batch.item_counts.tolist(), strict=True)
         ]
 
+    @property
+    def judges_batches(self) -> bool:
+        """Whether it judges batches, in compiled code, see :meth:`evaluate`."""
+        return type(self).evaluate is not Method.evaluate
+
     def evaluate(self, batch: LayoutBatch) -> BatchVerdicts:
         """Judge all layouts of a batch at once, in compiled code that any thread may run.
 

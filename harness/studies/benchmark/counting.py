@@ -9,7 +9,8 @@ import pandas as pd
 
 from steadyload.labelling.both_labels import QuestionShares, question_shares
 from steadyload.layouts.benchmark.confidence import ENSEMBLE, Reason
-from steadyload.layouts.benchmark.dataset import HELD_OUT, KEYS, SPLITS, Benchmark
+from steadyload.layouts.benchmark.dataset import KEYS, Benchmark
+from steadyload.layouts.benchmark.parts import HELD_OUT, SPLITS
 from steadyload.layouts.benchmark.tables import BenchmarkError
 from steadyload.layouts.model.scenarios import Scenario
 from steadyload.reports.columns import column, fixed, percent, plain_percent, row

@@ -15,8 +15,7 @@ import pandas as pd
 
 from steadyload.config import bind
 from steadyload.errors import nearest
-from steadyload.layouts.benchmark import UNLEARNT, Part
-from steadyload.layouts.benchmark.dataset import set_named
+from steadyload.layouts.benchmark.parts import UNLEARNT, Part, set_named
 from steadyload.layouts.model.layout import Layout
 from steadyload.methods.cascade.cascade import Cascade, Decision
 from steadyload.methods.cascade.thresholds import Ladder, Larger

@@ -14,8 +14,8 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from steadyload.layouts.benchmark import Part, load_benchmark
-from steadyload.layouts.benchmark.dataset import LISTS, REAL, set_named
+from steadyload.layouts.benchmark import load_benchmark
+from steadyload.layouts.benchmark.parts import LISTS, REAL, Part, set_named
 from steadyload.layouts.model.question import Question, with_question
 from steadyload.methods.registry import make_method
 from steadyload.methods.tuned import TUNED, tuned_engines

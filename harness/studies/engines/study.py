@@ -49,7 +49,7 @@ class EngineStudy(Study["Found"]):
 
     def run(self, lab: Lab) -> Found:
         """Parts that are not asked for are empty."""
-        from steadyload.layouts.benchmark.dataset import LISTS, REAL
+        from steadyload.layouts.benchmark.parts import LISTS, REAL
         from steadyload.runs.provenance import provenance_lines
         from steadyload.studies.engines.accuracy import accuracy_by_load
         from steadyload.studies.engines.agreeing import Drawn, engine_agreement, option_effects

@@ -23,9 +23,10 @@ from steadyload.labelling.screened import (
     screened_steps,
 )
 from steadyload.layouts.benchmark import Benchmark, load_benchmark
-from steadyload.layouts.benchmark.dataset import KEYS, PLANAR
-from steadyload.layouts.benchmark.sizes import FEWER, FINE_SIZES, MOST_SMALL
+from steadyload.layouts.benchmark.dataset import KEYS
+from steadyload.layouts.benchmark.parts import PLANAR
 from steadyload.layouts.model.question import Question
+from steadyload.layouts.sizes import FEWER, FINE_SIZES, MOST_SMALL
 from steadyload.learners.weights import load_weights
 from steadyload.methods.contract.declared import Trait
 from steadyload.methods.naming import MethodKey, method_key

@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from steadyload.layouts.benchmark.sizes import binned
+from steadyload.layouts.sizes import binned
 from steadyload.reports.columns import column, general, percent, row
 from steadyload.runs.comparison import Compared
 from steadyload.runs.labels import item_lists

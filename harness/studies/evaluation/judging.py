@@ -14,7 +14,8 @@ import pandas as pd
 from steadyload.app.check_defaults import PREFERENCES
 from steadyload.app.recommend.kept import REAL, SMALL, SPATIAL
 from steadyload.engines.registry import EngineNotInstalledError, capabilities, engines_here
-from steadyload.layouts.benchmark.dataset import KEYS, PLANAR, set_named
+from steadyload.layouts.benchmark.dataset import KEYS
+from steadyload.layouts.benchmark.parts import PLANAR, set_named
 from steadyload.layouts.model.question import Question, with_question
 from steadyload.methods.contract.method import Status
 from steadyload.methods.contract.spec import as_plain, parse_spec

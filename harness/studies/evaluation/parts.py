@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from steadyload.layouts.benchmark.sizes import FEWER, SIZES, binned
+from steadyload.layouts.sizes import FEWER, SIZES, binned
 from steadyload.methods.naming import MethodKey
 from steadyload.reports.columns import column, milliseconds, percent, row, significant
 from steadyload.runs.comparison import Family, PairTest

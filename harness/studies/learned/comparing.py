@@ -13,8 +13,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from steadyload.layouts.benchmark import Part, load_benchmark
+from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.benchmark.dataset import KEYS
+from steadyload.layouts.benchmark.parts import Part
 from steadyload.learners import LearnerError
 from steadyload.learners.plans.plan import Contrast, Plan, Section
 from steadyload.learners.plans.trainings import Run, Workshop

@@ -26,7 +26,7 @@ class LearnedStudy(Study["Found"]):
     )  # fmt: skip
     judge_on: str | None = option(
         None, "part of the labelled set, such as validation (default: the plan's)",
-        metavar="PART", choices="steadyload.layouts.benchmark:UNLEARNT",
+        metavar="PART", choices="steadyload.layouts.benchmark.parts:UNLEARNT",
     )  # fmt: skip
     foreign: tuple[Path, ...] = option(
         (), "layouts of another kind, which learners judge, too", metavar="FILE", fewest=0

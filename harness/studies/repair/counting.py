@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 
 from steadyload.layouts.benchmark.dataset import Benchmark
-from steadyload.layouts.benchmark.sizes import FEWER, SIZES, binned
+from steadyload.layouts.sizes import FEWER, SIZES, binned
 from steadyload.reports.columns import column, decimal, general, percent, row, significant
 from steadyload.runs.labels import made_with
 from steadyload.statistics.estimate import NOTHING, Estimate

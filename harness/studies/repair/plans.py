@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 
 from steadyload.app.check_defaults import default_method
 from steadyload.layouts.benchmark.dataset import Benchmark
-from steadyload.layouts.benchmark.sizes import MOST_SMALL
 from steadyload.layouts.benchmark.tables import BenchmarkError
 from steadyload.layouts.model.layout import Layout
 from steadyload.layouts.model.scenarios import Scenario
 from steadyload.layouts.packers.packed import PackerNotInstalledError
+from steadyload.layouts.sizes import MOST_SMALL
 from steadyload.studies.kit import Lab
 from steadyload.studies.packed_plans import plans_of
 from steadyload.studies.repair.confirming import (

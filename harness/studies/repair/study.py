@@ -42,7 +42,8 @@ class RepairStudy(Study["Found"]):
 
     def run(self, lab: Lab) -> Found:
         """Missing plans are changed and judged, and all are counted."""
-        from steadyload.layouts.benchmark import REAL, load_benchmark
+        from steadyload.layouts.benchmark import load_benchmark
+        from steadyload.layouts.benchmark.parts import REAL
         from steadyload.studies.repair.counting import summarise
         from steadyload.studies.repair.plans import try_all
 

@@ -17,8 +17,8 @@ from steadyload.labelling.paper_labels import (
     labelled_cases,
     set_of,
 )
-from steadyload.layouts.benchmark import Part
 from steadyload.layouts.benchmark.paper_files import PaperFiles
+from steadyload.layouts.benchmark.parts import Part
 from steadyload.layouts.model.scenarios import Scenario
 from steadyload.methods.registry import make_method
 from steadyload.reports.columns import column, percent, plain_percent, row, significant

@@ -12,7 +12,8 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from steadyload.layouts.benchmark import Benchmark, BenchmarkError, Part, load_benchmark
+from steadyload.layouts.benchmark import Benchmark, BenchmarkError, load_benchmark
+from steadyload.layouts.benchmark.parts import Part
 from steadyload.layouts.model.question import Question
 from steadyload.methods.contract.method import Status
 from steadyload.methods.naming import MethodKey

@@ -9,7 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from steadyload.layouts.benchmark.dataset import Part, load_benchmark
+from steadyload.layouts.benchmark.dataset import load_benchmark
+from steadyload.layouts.benchmark.parts import Part
 from steadyload.layouts.files.record import shown
 from steadyload.layouts.formats import read_layouts
 from steadyload.layouts.model.layout import Item, Layout, LayoutError, Pallet

@@ -9,8 +9,7 @@ from typing import Any
 import pandas as pd
 from numpy.typing import NDArray
 
-from steadyload.layouts.benchmark import REAL
-from steadyload.layouts.benchmark.dataset import LISTS
+from steadyload.layouts.benchmark.parts import LISTS, REAL
 from steadyload.layouts.model.layout import Layout
 from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.registry import make_method

@@ -10,8 +10,8 @@ import pandas as pd
 
 from steadyload.app.recommend.front import best, front_for
 from steadyload.app.recommend.kept import load_fronts
-from steadyload.layouts.benchmark import REAL, Part, load_benchmark
-from steadyload.layouts.benchmark.dataset import LISTS
+from steadyload.layouts.benchmark import load_benchmark
+from steadyload.layouts.benchmark.parts import LISTS, REAL, Part
 from steadyload.layouts.model.layout import Layout
 from steadyload.layouts.model.question import Question
 from steadyload.methods.contract.spec import parse_spec

@@ -8,7 +8,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from steadyload.engines.registry import capabilities
-from steadyload.layouts.benchmark import PLANAR, Part, load_benchmark
+from steadyload.layouts.benchmark import load_benchmark
+from steadyload.layouts.benchmark.parts import PLANAR, Part
 from steadyload.layouts.model.question import Question
 from steadyload.methods.contract.spec import as_plain, bind
 from steadyload.methods.naming import MethodKey

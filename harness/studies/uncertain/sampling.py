@@ -13,7 +13,8 @@ from itertools import zip_longest
 import pandas as pd
 
 from steadyload.engines.registry import package_versions
-from steadyload.layouts.benchmark import Part, load_benchmark
+from steadyload.layouts.benchmark import load_benchmark
+from steadyload.layouts.benchmark.parts import Part
 from steadyload.methods.registry import make_method
 from steadyload.methods.uncertainty import parse_uncertainty
 from steadyload.runs import verdict_reliability

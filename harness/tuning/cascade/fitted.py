@@ -11,7 +11,8 @@ import numpy as np
 
 from steadyload.engines.registry import engines
 from steadyload.errors import nearest
-from steadyload.layouts.benchmark import Part, load_benchmark
+from steadyload.layouts.benchmark import load_benchmark
+from steadyload.layouts.benchmark.parts import Part
 from steadyload.layouts.model.question import Question
 from steadyload.methods.cascade.thresholds import Ladder, Stage, Thresholds, fingerprint
 from steadyload.methods.contract.spec import SpecError, parse_spec
