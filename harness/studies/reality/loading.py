@@ -7,7 +7,8 @@ from collections.abc import Mapping, Sequence
 
 import pandas as pd
 
-from steadyload.layouts.benchmark import Part, load_benchmark
+from steadyload.layouts.benchmark import load_benchmark
+from steadyload.layouts.benchmark.parts import Part
 from steadyload.layouts.model.scenarios import Scenario
 from steadyload.methods.contract.spec import as_plain
 from steadyload.methods.registry import make_method
