@@ -14,7 +14,7 @@ from steadyload.layouts.model.frame import Frame
 from steadyload.methods.contract.old_keys import with_old_keys
 from steadyload.methods.contract.verdict import Verdict, record_of
 from steadyload.notebook import ShownInNotebook
-from steadyload.statics.bearing.crushing import Crushed
+from steadyload.statics.bearing.crushed import Crushed
 from steadyload.statistics.estimate import Estimate
 
 if TYPE_CHECKING:

@@ -39,7 +39,8 @@ from steadyload.progress import Progress, silent
 from steadyload.runs.able import asked_question
 from steadyload.runs.methods_here import method_named, use_methods
 from steadyload.runs.pool import PartLimit, SinglePart, run_units
-from steadyload.statics.bearing.crushing import Crushed, first_crushed
+from steadyload.statics.bearing.crushed import Crushed
+from steadyload.statics.bearing.crushing import first_crushed
 from steadyload.transport.rules import Rule, rule_named
 
 if TYPE_CHECKING:
@@ -326,7 +327,7 @@ def _prepare_remedies() -> None:
 
 
 def _remedies() -> Callable[[Layout, int], Remedy | None]:
-    """What looks for a remedy, imported when a plan fails: its search is all compiled code."""
+    """The search for a remedy, imported when a plan fails: it is all compiled code."""
     from steadyload.repairing.remedy import remedy
 
     return remedy
@@ -336,7 +337,7 @@ def _at_once(methods: Sequence[Method], units: Sequence[_Entry]) -> bool:
     """Whether all is judged before a process beside this one has started: a few layouts, by
     compiled rules of ours, which heed the limit on their time and end no process.
     """
-    own = all(m.judges_batches and type(m).__module__.startswith(OWN) for m in methods)
+    own = all(m.batched and type(m).__module__.startswith(OWN) for m in methods)
     return own and len(units) <= _FEW and not any(unit.rule for unit in units)
 
 

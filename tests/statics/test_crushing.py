@@ -13,7 +13,7 @@ from steadyload.layouts.model.layout import Item, Layout, Pallet
 from steadyload.methods.contract import stopwatch
 from steadyload.methods.contract.method import Status
 from steadyload.methods.session.session import LoadingSession
-from steadyload.statics.bearing import crushing, forces
+from steadyload.statics.bearing import forces, looks
 from steadyload.statics.bearing.crushing import first_crushed
 from steadyload.statics.bearing.forces import Statics
 
@@ -37,7 +37,7 @@ def solved(monkeypatch):
         counts.append(len(layout) if among is None else len(among))
         return Statics(layout, among, *others)
 
-    monkeypatch.setattr(crushing, "Statics", noted)
+    monkeypatch.setattr(looks, "Statics", noted)
     return counts
 
 
@@ -74,7 +74,7 @@ def slow_looks(monkeypatch):
     clock = SimpleNamespace(
         process_time=lambda: now, thread_time=lambda: now, perf_counter=lambda: now
     )
-    monkeypatch.setattr(crushing, "Statics", Slow)
+    monkeypatch.setattr(looks, "Statics", Slow)
     for module in (stopwatch, time_limit):
         monkeypatch.setattr(module, "time", clock)
 

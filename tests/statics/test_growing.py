@@ -11,7 +11,7 @@ from piles import wall
 from steadyload.layouts.model.contacts import find_supports
 from steadyload.layouts.model.layout import Item, Layout, Pallet
 from steadyload.layouts.packing.packing import random_layouts
-from steadyload.statics.bearing import crushing
+from steadyload.statics.bearing import looks
 from steadyload.statics.bearing.crushing import first_crushed
 from steadyload.statics.bearing.forces import Rectangles, Statics
 from steadyload.statics.bearing.growing import GrowingStatics
@@ -110,8 +110,8 @@ def test_loads_found_in_passing_are_those_of_every_step():
 
 def counted(monkeypatch, name):
     """How often a class is made by the module."""
-    made, real = [], getattr(crushing, name)
-    monkeypatch.setattr(crushing, name, lambda *all_of: made.append(name) or real(*all_of))
+    made, real = [], getattr(looks, name)
+    monkeypatch.setattr(looks, name, lambda *all_of: made.append(name) or real(*all_of))
     return made
 
 

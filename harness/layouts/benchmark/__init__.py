@@ -15,7 +15,7 @@ __all__ = ["Benchmark", "BenchmarkError", "load_benchmark"]
 if not TYPE_CHECKING:  # for which a name that is not declared above is a mistake
 
     def __getattr__(name: str) -> Any:
-        """What reads tables, when it is first asked for: pandas takes half a second."""
+        """The readers of tables, imported when asked for: pandas takes half a second."""
         if name not in __all__:
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
         return getattr(importlib.import_module("steadyload.layouts.benchmark.dataset"), name)

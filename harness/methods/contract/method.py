@@ -338,7 +338,7 @@ class Method(ABC):
         ]
 
     @property
-    def judges_batches(self) -> bool:
+    def batched(self) -> bool:
         """Whether it judges batches, in compiled code, see :meth:`evaluate`."""
         return type(self).evaluate is not Method.evaluate
 

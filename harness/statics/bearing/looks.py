@@ -12,7 +12,7 @@ from steadyload.layouts.model.contacts import Supports
 from steadyload.layouts.model.item import Item
 from steadyload.layouts.model.layout import Arrangement
 from steadyload.layouts.model.naming import box_label
-from steadyload.statics.bearing.crushing import Crushed
+from steadyload.statics.bearing.crushed import Crushed
 from steadyload.statics.bearing.forces import Rectangles, Statics
 from steadyload.statics.bearing.growing import GrowingStatics
 

@@ -22,8 +22,7 @@ from steadyload.labelling.screened import (
     checked_screening,
     screened_steps,
 )
-from steadyload.layouts.benchmark import Benchmark, load_benchmark
-from steadyload.layouts.benchmark.dataset import KEYS
+from steadyload.layouts.benchmark.dataset import KEYS, Benchmark, load_benchmark
 from steadyload.layouts.benchmark.parts import PLANAR
 from steadyload.layouts.model.question import Question
 from steadyload.layouts.sizes import FEWER, FINE_SIZES, MOST_SMALL

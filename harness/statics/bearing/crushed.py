@@ -1,0 +1,44 @@
+"""A box that is crushed, in a sentence."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from steadyload.layouts.model.frame import Frame
+
+
+@dataclass(frozen=True, slots=True)
+class Crushed:
+    """A box that bears more than it may.
+
+    Attributes:
+        step: placement after which it does.
+        item: the box.
+        label: its id with its step, or its number where it has no id, as a sentence has it.
+        bears_kg: the load on its top, by the contact forces of least energy, or by those that come
+            nearest to balance where none balance.
+        allowed_kg: what it may bear.
+    """
+
+    step: int
+    item: int
+    label: str
+    bears_kg: float
+    allowed_kg: float
+
+    def sentence(self, frame: Frame) -> str:
+        """The box and its load, in the unit of weights of a frame."""
+        said = (self.bears_kg / frame.kg, self.allowed_kg / frame.kg)
+        bears, allowed = map(_rounded, said)
+        if bears == allowed:
+            bears, allowed = (f"{weight:.9g}" for weight in said)
+        bears = f"{bears} {frame.weight}"
+        return f"crushed at step {self.step}: {self.label} bears {bears} of {allowed}"
+
+    def __str__(self) -> str:
+        return self.sentence(Frame())
+
+
+def _rounded(weight: float) -> str:
+    """A weight to four digits, and all of those before its point."""
+    return f"{weight:.4g}" if weight < 1e3 else f"{weight:.0f}"
