@@ -19,7 +19,7 @@ class Reality(Study["Found"]):
 
     question = "How closely do engines predict where a real box comes to rest?"
     about = "compare engines with recorded motion of a real body that is thrown onto a floor"
-    pages = (PublishedPage("reality", "--reference --labels 300"),)
+    pages = (PublishedPage("reality", "--labels 300"),)
 
     data: Path | None = option(
         None, "file of recorded motion, see docs/measured.md (default: that of the rows in --work)",
