@@ -493,12 +493,18 @@ def test_engines_are_ranked_before_and_after_without_the_reference():
     (found,) = rankings(rows, "R")
     assert (found.change, found.layouts, found.labels.value) == ("friction", 9, 0.05)
     assert (found.least.engine, found.most.engine) == ("B", "A")
-    assert (found.first.engine, found.then.engine) == ("A", "B")
-    assert (found.pairs, found.turned) == (3, 1)
+    assert (found.first.engine, found.last.engine) == ("A", "C")
+    assert (found.then_first.engine, found.then_last.engine) == ("B", "C")
+    assert (found.then_most.value, found.then_least.value) == (0.8, 0.6)
+    assert (found.pairs, found.turned, found.clear) == (3, 1, 1)
     # Without the reference the order is by the labels as they are.
     alone = [row_of("A", 0.3, 0.9, after=0.6), row_of("B", 0.1, 0.8, after=0.5)]
     (found,) = rankings(alone, "")
-    assert (found.labels, found.then.engine, found.turned) == (None, "A", 0)
+    assert (found.labels, found.then_first.engine, found.turned) == (None, "A", 0)
+    # An order that changes within the intervals is not clear.
+    wide = [row_of("A", 0.3, 0.9, 0.7), row_of("B", 0.1, 0.8, 0.8)]
+    wide = [replace(one, agrees=replace(one.agrees, low=0.6, high=0.9)) for one in wide]
+    assert [(one.turned, one.clear) for one in rankings(wide, "")] == [(1, 0)]
 
 
 def test_layouts_are_judged_with_fitted_contacts(lab, data, all_measured, assert_shown):
@@ -553,6 +559,7 @@ def test_errors_are_medians_shares_and_failures_of_the_ends(all_measured):
     assert row.turn_deg.value == pytest.approx(np.median([end.turn_deg for end in ends]))
     cost = next(each for each in found.costs if each.engine == one.title)
     assert cost.tried == len(one.fitted.tried)
+    assert cost.trial_ms == row.cpu_ms == pytest.approx(1e3 * one.fitted.cpu_s / (cost.tried * 6))
     assert found.by_time[0].at == 0.0
     assert found.by_time[0].off_cm.value < 0.2
     assert [each.at for each in found.by_impacts][:2] == [0, 1]

@@ -89,7 +89,7 @@ class Cost:
     """CPU time of an engine."""
 
     engine: str = column(left=True)
-    trial_ms: float | None = column("ms a trial", significant)
+    trial_ms: float | None = column("ms a throw", significant)
     fit_s: float | None = column("fit s", fixed)
     tried: int = column("sets tried")
     jitters_s: float | None = column("jitters s", fixed)
@@ -159,6 +159,12 @@ class Found:
     def landed(self) -> Errors:
         """The guess that it flies freely and stays as it first touches the floor."""
         return self.guesses[1]
+
+    @property
+    def ranked(self) -> int:
+        """Engines that judged layouts, without the reference."""
+        own = [one for one in self.measured.engines if one.evaluation is not None]
+        return sum(not one.is_reference for one in own)
 
     @property
     def slow(self) -> Sequence[str]:
@@ -270,7 +276,7 @@ def compare(found: AllMeasured) -> Found:
         by_time=[point for one in found.engines for point in _by_time(one)],
         by_impacts=[point for one in found.engines for point in _by_impacts(one)],
         rests=[_rest(one, recorded) for one in found.engines],
-        costs=[_cost(one) for one in found.engines],
+        costs=[_cost(one, len(of_half(recorded, FIT))) for one in found.engines],
         friction=[point for one in found.engines for point in _by_value(one, "friction")],
         calibrations=[calibration(one.title, one.name, one.jittered, faces) for one in jittered],
         differences=[
@@ -352,11 +358,10 @@ def _rest(one: ByEngine, recorded: Recorded) -> Rest:
     )
 
 
-def _cost(one: ByEngine) -> Cost:
-    batch = one.batches[Way.FITTED]
+def _cost(one: ByEngine, trials: int) -> Cost:
     return Cost(
         one.title,
-        1e3 * batch.cpu_s / len(batch.ended) if one.is_timed else None,
+        one.trial_ms(trials),
         one.fitted.cpu_s if one.is_timed else None,
         len(one.fitted.tried),
         sum(each.cpu_s for each in one.jittered.values()) if one.jittered else None,

@@ -39,7 +39,7 @@ class Errors:
     most_cm: Estimate = column("90 % within cm", _one_digit)
     turn_deg: Estimate = column("attitude off degrees, median", _whole)
     turn_right_deg: float | None = column("where the face is right", fixed)
-    cpu_ms: float | None = column("CPU ms", significant, "a trial, read at every frame")
+    cpu_ms: float | None = column("CPU ms", significant, "a throw")
 
 
 @row
@@ -87,7 +87,7 @@ def errors_of(one: ByEngine, way: Way, recorded: Recorded, half: str) -> Errors:
         [end.same_face for end in ends],
         [math.inf if end.off_m is None else 100.0 * end.off_m for end in ends],
         [180.0 if end.turn_deg is None else end.turn_deg for end in ends],
-        1e3 * batch.cpu_s / len(batch.ended) if one.is_timed else None,
+        one.trial_ms(len(of_half(recorded, FIT))),
     )  # fmt: skip
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Mapping, Sequence
 
 import pandas as pd
@@ -68,10 +69,12 @@ class Ranking:
         labels: share of the verdicts of the reference, with the label's contact, that change; None
             where it was not run.
         least, most: the engines of the fewest and the most changed verdicts, without the reference.
-        first, then: the most accurate engines by presets against the labels, and with fitted values
-            against the reference that takes its own; without that against the labels.
+        first, last: the most and the least accurate engine by presets, against the labels.
+        then_first, then_last: likewise with fitted values, against the reference that takes its
+            own; without that against the labels.
         pairs: of engines.
         turned: those of them of which the other one is more accurate then.
+        clear: those of these whose intervals do not overlap then.
     """
 
     change: str
@@ -80,9 +83,22 @@ class Ranking:
     least: Changed
     most: Changed
     first: Changed
-    then: Changed
+    last: Changed
+    then_first: Changed
+    then_last: Changed
     pairs: int
     turned: int
+    clear: int
+
+    @property
+    def then_most(self) -> Estimate:
+        """Accuracy of the most accurate engine with fitted values."""
+        return _then(self.then_first)
+
+    @property
+    def then_least(self) -> Estimate:
+        """Likewise of the least accurate one."""
+        return _then(self.then_last)
 
 
 def differences(engine: str, preset: str, label: str, found: Fitted) -> list[Difference]:
@@ -223,21 +239,32 @@ def rankings(rows: Sequence[Changed], reference: str) -> list[Ranking]:
         if len(ranked) < 2:
             continue
         labels = next((one.changed for one in own if one.engine == reference), None)
-        pairs = list(itertools.combinations(ranked, 2))
-        turned = sum(
-            (one.before.value - other.before.value) * (_then(one) - _then(other)) < 0.0
-            for one, other in pairs
-        )
+        turned = [
+            (_then(one), _then(other))
+            for one, other in itertools.combinations(ranked, 2)
+            if (one.before.value - other.before.value) * (_then(one).value - _then(other).value) < 0
+        ]
         by_changes = sorted(ranked, key=lambda one: one.changed.value)
+        by_before = sorted(ranked, key=lambda one: one.before.value)
+        by_then = sorted(ranked, key=lambda one: _then(one).value)
         found.append(
             Ranking(
-                change, max(one.layouts for one in own), labels, by_changes[0], by_changes[-1],
-                max(ranked, key=lambda one: one.before.value), max(ranked, key=_then), len(pairs),
-                turned,
+                change=change,
+                layouts=max(one.layouts for one in own),
+                labels=labels,
+                least=by_changes[0],
+                most=by_changes[-1],
+                first=by_before[-1],
+                last=by_before[0],
+                then_first=by_then[-1],
+                then_last=by_then[0],
+                pairs=math.comb(len(ranked), 2),
+                turned=len(turned),
+                clear=sum(one.low > other.high or other.low > one.high for one, other in turned),
             )
-        )  # fmt: skip
+        )
     return found
 
 
-def _then(one: Changed) -> float:
-    return (one.after if one.agrees is None else one.agrees).value
+def _then(one: Changed) -> Estimate:
+    return one.after if one.agrees is None else one.agrees
