@@ -15,6 +15,7 @@ from collections.abc import Mapping
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
+from scipy.special import bdtr
 
 from steadyload.statistics.clusters import Clusters, Labels
 from steadyload.statistics.estimate import NOTHING, Estimate
@@ -115,13 +116,7 @@ def quantile(values: ArrayLike, share: float) -> Estimate:
 
 def _left_out(n: int, share: float) -> int:
     """The number k for which fewer than k of n values lie below a quantile in at most 2.5 %."""
-    below, k = 0.0, 0
-    while k < n:
-        below += math.comb(n, k) * share**k * (1.0 - share) ** (n - k)
-        if below > 0.025:
-            return k
-        k += 1
-    return k
+    return int(np.searchsorted(bdtr(np.arange(n), n, share), 0.025, side="right"))
 
 
 def ratio(above: ArrayLike, below: ArrayLike, clusters: Labels = None) -> Estimate:

@@ -7,6 +7,7 @@ import pandas as pd
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.stats import binom
 
 from steadyload.statistics.metrics import (
     agreement,
@@ -226,3 +227,12 @@ def test_a_resample_without_a_stratum_is_left_out():
     """Two clusters, one stratum each: only resamples that draw both say anything."""
     found = weighted_share([True, False], ["a", "b"], {"a": 0.4, "b": 0.6})
     assert (found.value, found.low, found.high) == pytest.approx((0.4, 0.4, 0.4))
+
+
+@pytest.mark.parametrize("n", [1100, 5000])
+def test_an_interval_of_many_values_leaves_out_as_many_as_the_binomial_law_allows(n):
+    values = np.arange(float(n))
+    for share_, found in ((0.5, median(values)), (0.9, quantile(values, 0.9))):
+        below, above = int(found.low), n - 1 - int(found.high)
+        for left_out, of_one in ((below, share_), (above, 1.0 - share_)):
+            assert binom.cdf(left_out, n, of_one) <= 0.025 < binom.cdf(left_out + 1, n, of_one)
