@@ -113,6 +113,22 @@ class Box:
         return (twelfth * (y * y + z * z), twelfth * (x * x + z * z), twelfth * (x * x + y * y))
 
 
+def shrink_of(size: tuple[float, float, float], most: float) -> float:
+    """By how much an engine draws side faces in [m]: so far, and a thousandth of a side, at most.
+
+    Args:
+        size: edge lengths [m].
+        most: how far at most [m].
+    """
+    return min(most, 1e-3 * size[0], 1e-3 * size[1])
+
+
+def drawn_in(size: tuple[float, float, float], shrink: float) -> tuple[float, float, float]:
+    """Edge lengths of a box whose four side faces are drawn in, so that neighbours do not touch."""
+    x, y, z = size
+    return x - 2.0 * shrink, y - 2.0 * shrink, z
+
+
 def check_box(box: Box, index: int) -> None:
     """Refuse a box that is outside the limits of all engines.
 

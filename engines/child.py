@@ -27,6 +27,8 @@ from steadyload.engines.world import (
     EngineError,
     FixedStepWorld,
     Poses,
+    SettingSupport,
+    Support,
     Velocities,
     WorldSettings,
     planned_poses,
@@ -148,6 +150,12 @@ class Children:
 
 
 _numbers = itertools.count()
+
+
+CHANGING_GRAVITY = SettingSupport(
+    Support.HONOURED, "the scene is built anew, and takes the state over"
+)
+"""What all these engines declare: see :class:`ChildWorld`."""
 
 
 class Shape(NamedTuple):

@@ -14,6 +14,7 @@ from steadyload.engines.attitudes import (
     centres_from_mass_centres,
     rotation_vector,
 )
+from steadyload.engines.box import drawn_in, shrink_of
 from steadyload.engines.dart_options import DartOptions
 from steadyload.engines.world import (
     Box,
@@ -148,9 +149,7 @@ class DartWorld(FixedStepWorld):
         return shape
 
     def _box_shape(self, node, box: Box):
-        x, y, z = box.size
-        shrink = 2.0 * min(_SHRINK, 1e-3 * x, 1e-3 * y)
-        return self._shape(node, (x - shrink, y - shrink, z))
+        return self._shape(node, drawn_in(box.size, shrink_of(box.size, _SHRINK)))
 
     def _add(self, box: Box) -> None:
         skeleton = dart.dynamics.Skeleton(f"box{len(self._all_bodies)}")

@@ -9,7 +9,8 @@ from __future__ import annotations
 import sys
 from typing import Any
 
-from steadyload.engines.child import Children, ChildWorld, Shape
+from steadyload.engines.box import drawn_in, shrink_of
+from steadyload.engines.child import CHANGING_GRAVITY, Children, ChildWorld, Shape
 from steadyload.engines.world import (
     Box,
     Capabilities,
@@ -57,9 +58,7 @@ class DrakeWorld(ChildWorld):
             broad_phase=SettingSupport(Support.IGNORED, "Drake offers no choice"),
             solver_iterations=SettingSupport(Support.IGNORED, "it iterates to a tolerance"),
         ),
-        changing_gravity=SettingSupport(
-            Support.HONOURED, "the scene is built anew, and takes the state over"
-        ),
+        changing_gravity=CHANGING_GRAVITY,
         in_flight=SettingSupport(Support.HONOURED),
         notes="An independent check, installed with `pip install '.[drake]'` and part of "
         "no comparison unless named. Contact is a field of pressure, steps are controlled by their "
@@ -90,10 +89,9 @@ class DrakeWorld(ChildWorld):
     )
 
     def _shape(self, box: Box) -> Shape:
-        x, y, z = box.size
-        shrink = min(_SHRINK, 1e-3 * x, 1e-3 * y)
+        shrink = shrink_of(box.size, _SHRINK)
         p, q = (shrink * _UNEVENNESS * (len(self.boxes) * f % 1.0 - 0.5) for f in _IRRATIONAL)
-        return Shape((x - 2.0 * shrink, y - 2.0 * shrink, z), (p, q, 0.0))
+        return Shape(drawn_in(box.size, shrink), (p, q, 0.0))
 
     def _scene_options(self) -> dict[str, Any]:
         return {"friction": self.settings.friction}

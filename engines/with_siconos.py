@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from steadyload.engines.child import Children, ChildWorld, Shape
+from steadyload.engines.box import drawn_in, shrink_of
+from steadyload.engines.child import CHANGING_GRAVITY, Children, ChildWorld, Shape
 from steadyload.engines.system_python import PYTHON
 from steadyload.engines.world import (
     Box,
@@ -48,9 +49,7 @@ class SiconosWorld(ChildWorld):
                 Support.HONOURED, "sweeps over all contacts, default 1000 at most"
             ),
         ),
-        changing_gravity=SettingSupport(
-            Support.HONOURED, "the scene is built anew, and takes the state over"
-        ),
+        changing_gravity=CHANGING_GRAVITY,
         in_flight=SettingSupport(Support.HONOURED),
         notes="An independent check, part of no comparison unless named, for the system's "
         "Python of Debian 12: `apt-get install python3-siconos`. Contacts have no compliance: "
@@ -73,9 +72,7 @@ class SiconosWorld(ChildWorld):
     )
 
     def _shape(self, box: Box) -> Shape:
-        x, y, z = box.size
-        shrink = min(_SHRINK, 1e-3 * x, 1e-3 * y)
-        return Shape((x - 2.0 * shrink, y - 2.0 * shrink, z))
+        return Shape(drawn_in(box.size, shrink_of(box.size, _SHRINK)))
 
     def _scene_options(self) -> dict[str, Any]:
         return {
