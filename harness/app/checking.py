@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, partial
 from typing import TYPE_CHECKING
@@ -182,7 +182,7 @@ def _remedy(layout: Layout, verdict: Verdict, frame: Frame) -> str:
     """The smallest change by which the failing step would stand, in a sentence."""
     if verdict.failing_step is None:
         return ""
-    found = _remedies()(layout, verdict.failing_step)
+    found = _look_for_remedy(layout, verdict.failing_step)
     return "" if found is None else found.sentence(layout, frame)
 
 
@@ -323,14 +323,16 @@ def _prepare_remedies() -> None:
     """Compile what the look for a remedy calls, or load the compiled code."""
     side = (20.0, 20.0, 20.0)
     boxes = (Item(0, (0.0, 0.0, 0.0), side, 5.0), Item(1, (15.0, 20.0, 0.0), side, 5.0))
-    _remedies()(Layout("leans", Pallet(100.0, 100.0, 100.0), boxes), 1)
+    _look_for_remedy(Layout("leans", Pallet(100.0, 100.0, 100.0), boxes), 1)
 
 
-def _remedies() -> Callable[[Layout, int], Remedy | None]:
-    """The search for a remedy, imported when a plan fails: it is all compiled code."""
+def _look_for_remedy(layout: Layout, step: int) -> Remedy | None:
+    """See :func:`steadyload.repairing.remedy.remedy`, whose compiled code is loaded when a plan
+    fails.
+    """
     from steadyload.repairing.remedy import remedy
 
-    return remedy
+    return remedy(layout, step)
 
 
 def _at_once(methods: Sequence[Method], units: Sequence[_Entry]) -> bool:

@@ -159,8 +159,8 @@ SCREENED = pa.schema(
         pa.field("why", pa.list_(_TEXT)),
     ]
 )
-"""A row a case, as :mod:`steadyload.labelling.screening` makes it: its columns of :data:`CASES`,
-:data:`STANDS` and :data:`SCREENING`."""
+"""Cases as :mod:`steadyload.labelling.screening` labels them, one in each row: their columns of
+:data:`CASES`, :data:`STANDS` and :data:`SCREENING`."""
 
 BEGUN = SCREENED.append(pa.field("key", _TEXT, nullable=False))
 """Rows of cases that a set still calls unlabelled, each with the key of what it depends on."""
