@@ -23,6 +23,7 @@ from steadyload.reports.table import (
     general,
     milliseconds,
     names,
+    one_decimal,
     p_value,
     percent,
     plain_percent,
@@ -32,8 +33,8 @@ from steadyload.reports.table import (
 
 __all__ = [
     "cell", "column", "compact", "counts", "decimal", "duration", "factor", "fixed", "general",
-    "markdown", "milliseconds", "names", "p_value", "percent", "plain_percent", "row",
-    "significant", "table", "yes_no",
+    "markdown", "milliseconds", "names", "one_decimal", "p_value", "percent", "plain_percent",
+    "row", "significant", "table", "yes_no",
 ]  # fmt: skip
 
 Row = TypeVar("Row")

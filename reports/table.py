@@ -56,6 +56,11 @@ def decimal(estimate: Estimate | None, digits: int = 2) -> str:
     return f"{estimate.value:.{digits}f} [{estimate.low:.{digits}f}, {estimate.high:.{digits}f}]"
 
 
+def one_decimal(estimate: Estimate | None) -> str:
+    """``1.0 [0.9, 1.1]``: likewise, with one digit after the point."""
+    return decimal(estimate, digits=1)
+
+
 def factor(estimate: Estimate | None) -> str:
     """``0.21 [0.19, 0.24]``: a ratio with two significant digits."""
     if estimate is None or math.isnan(estimate.value):

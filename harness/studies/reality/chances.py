@@ -90,6 +90,11 @@ def briers(chances: FloatArray, faces: Sequence[str]) -> FloatArray:
     return found
 
 
+def _right(chances: FloatArray, faces: Sequence[str]) -> list[bool]:
+    """Whether the likeliest face is the recorded one, by trial."""
+    return [FACES[k] == face for k, face in zip(chances.argmax(axis=1), faces, strict=True)]
+
+
 def chosen_factor(losses: Mapping[float, float]) -> float:
     """The factor of least log loss; of equals the one nearest to the noise as measured."""
     return min(losses, key=lambda one: (losses[one], abs(np.log(one))))
@@ -110,14 +115,13 @@ def chances(
     """
     wanted = [faces[trial] for trial in found.names]
     given = probabilities(found.counts)
-    likeliest = given.argmax(axis=1)
     return Chances(
         engine,
         name,
         half,
         factor,
         len(wanted),
-        share([FACES[k] == face for k, face in zip(likeliest, wanted, strict=True)]),
+        share(_right(given, wanted)),
         mean(given.max(axis=1)),
         mean(log_losses(given, wanted)),
         mean(briers(given, wanted)),
@@ -144,9 +148,7 @@ def calibration(
     factor = chosen_factor({one.factor: one.log_loss.value for one in by_factor})
     own = found[MEASURED, factor]
     given = probabilities(own.counts)
-    right = [
-        FACES[k] == faces[trial] for k, trial in zip(given.argmax(axis=1), own.names, strict=True)
-    ]
+    right = _right(given, [faces[trial] for trial in own.names])
     sure = reliability(given.max(axis=1), right, list(own.names), EDGES)
     bins = calibrated(engine, "likeliest face", sure).bins
     plain, chosen = rows[MEASURED, AS_MEASURED], rows[MEASURED, factor]

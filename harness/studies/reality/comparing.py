@@ -4,13 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from functools import partial
 
 import numpy as np
 import pandas as pd
 
 from steadyload.measured.flight import FlightFacts
-from steadyload.reports.columns import column, decimal, fixed, general, row, significant
+from steadyload.reports.columns import (
+    column,
+    decimal,
+    fixed,
+    general,
+    one_decimal,
+    row,
+    significant,
+)
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import median
 from steadyload.studies.reality.chances import Calibration, Chances, calibration
@@ -39,9 +46,6 @@ from steadyload.studies.reality.releasing import SINCE_CONTACT
 from steadyload.studies.reality.running import CENTRE, FREQUENCY, AllMeasured, ByEngine, Way
 from steadyload.studies.reality.tosses import Worst, worst
 
-_one_digit = partial(decimal, digits=1)
-_whole = partial(decimal, digits=0)
-
 _LEAST_TRIALS = 8
 """With an error after so many impacts, for it to be shown."""
 
@@ -52,9 +56,9 @@ class Flight:
 
     trials: str = column("trials", left=True)
     n: int = column()
-    x_mm: Estimate = column("centre of mass, x mm", _one_digit)
-    y_mm: Estimate = column("y mm", _one_digit)
-    z_mm: Estimate = column("z mm", _one_digit)
+    x_mm: Estimate = column("centre of mass, x mm", one_decimal)
+    y_mm: Estimate = column("y mm", one_decimal)
+    z_mm: Estimate = column("z mm", one_decimal)
     gravity: Estimate = column("gravity m/s2", decimal)
     offset_mm: float
     scale: float = column("lengths times", lambda scale: fixed(scale, 3))
@@ -68,7 +72,7 @@ class Grown:
     name: str
     at: float = column(form=general)
     trials: int = column("n")
-    off_cm: Estimate = column("off cm, median", _one_digit)
+    off_cm: Estimate = column("off cm, median", one_decimal)
 
 
 @row
@@ -76,9 +80,9 @@ class Rest:
     """How a body rests by an engine, beside the record."""
 
     engine: str = column(left=True)
-    height_mm: Estimate = column("height mm, median", _one_digit)
+    height_mm: Estimate = column("height mm, median", one_decimal)
     sunk_mm: float | None = column("sunk in at rest mm", lambda mm: fixed(mm, 2))
-    deepest_mm: Estimate = column("deepest corner mm, median", _one_digit, "of all frames")
+    deepest_mm: Estimate = column("deepest corner mm, median", one_decimal, "of all frames")
     later_s: Estimate = column("rests later by s, median", decimal)
     moving: int = column("still moving")
     failed: int = column()
@@ -237,16 +241,6 @@ class Found:
         return 1e2 * self.recorded.noise.velocity_ms
 
     @property
-    def half_edge_mm(self) -> float:
-        """Half of the body's height, of a body that is as high on every side [mm]."""
-        return 500.0 * min(self.recorded.size)
-
-    @property
-    def is_cube(self) -> bool:
-        """Whether all sides are equal."""
-        return len({*self.recorded.size}) == 1
-
-    @property
     def differing(self) -> Sequence[Difference]:
         """Fitted parameters that differ from those of the preset."""
         return [one for one in self.differences if one.differs]
@@ -345,12 +339,10 @@ def _rest(one: ByEngine, recorded: Recorded) -> Rest:
     times = {toss.name: toss.rest_s for toss in recorded.tosses}
     heights = [1e3 * end.height_m for end in there if end.height_m is not None]
     later = [end.rest_s - times[end.name] for end in there if end.rest_s is not None]
-    half = 500.0 * min(recorded.size)
-    is_cube = len({*recorded.size}) == 1
     return Rest(
         one.title,
         median(heights),
-        half - float(np.median(heights)) if heights and is_cube else None,
+        recorded.half_edge_mm - float(np.median(heights)) if heights and recorded.is_cube else None,
         median([-1e3 * end.deepest_m for end in there if end.deepest_m is not None]),
         median(later),
         sum(end.rest_s is None for end in there),

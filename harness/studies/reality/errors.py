@@ -8,14 +8,21 @@ from functools import partial
 
 import numpy as np
 
-from steadyload.reports.columns import column, decimal, fixed, percent, row, significant
+from steadyload.reports.columns import (
+    column,
+    decimal,
+    fixed,
+    one_decimal,
+    percent,
+    row,
+    significant,
+)
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import median, quantile, share
 from steadyload.studies.reality.record import FIT, MEASURED, Guess, Recorded, Toss
 from steadyload.studies.reality.releasing import Batch, Ended
 from steadyload.studies.reality.running import AllMeasured, ByEngine, Way
 
-_one_digit = partial(decimal, digits=1)
 _whole = partial(decimal, digits=0)
 
 MOST = 0.9
@@ -35,8 +42,8 @@ class Errors:
     half: str = column(left=True)
     trials: int = column("n")
     face: Estimate = column("right face %", percent)
-    off_cm: Estimate = column("rest off cm, median", _one_digit)
-    most_cm: Estimate = column("90 % within cm", _one_digit)
+    off_cm: Estimate = column("rest off cm, median", one_decimal)
+    most_cm: Estimate = column("90 % within cm", one_decimal)
     turn_deg: Estimate = column("attitude off degrees, median", _whole)
     turn_right_deg: float | None = column("where the face is right", fixed)
     cpu_ms: float | None = column("CPU ms", significant, "a throw")

@@ -214,6 +214,16 @@ class Recorded:
         """Median height of the centre at rest, in lengths of the record [m]."""
         return float(np.median([toss.height_m for toss in self.tosses]))
 
+    @property
+    def half_edge_mm(self) -> float:
+        """Half of the body's height, of a body that is as high on every side [mm]."""
+        return 500.0 * min(self.size)
+
+    @property
+    def is_cube(self) -> bool:
+        """Whether all sides are equal."""
+        return len({*self.size}) == 1
+
 
 ALL = "all"
 

@@ -100,11 +100,20 @@ def contact_of(spec: str) -> Contact:
     Raises:
         SpecError: see :func:`steadyload.methods.registry.make_method`.
     """
+    engine, parameters = simulation_of(spec)
+    return Contact(engine, parameters.world_settings(), parameters.frequency)
+
+
+def simulation_of(spec: str) -> tuple[str, SimulationParameters]:
+    """The engine of the spec of a simulation, and its parameters.
+
+    Raises:
+        SpecError: see :func:`steadyload.methods.registry.make_method`.
+    """
     method = make_method(spec)
-    parameters = method.parameters
-    assert isinstance(parameters, SimulationParameters), f"{spec} is a simulation"
+    assert isinstance(method.parameters, SimulationParameters), f"{spec} is a simulation"
     assert method.spec.engine is not None, "which is on an engine"
-    return Contact(method.spec.engine, parameters.world_settings(), parameters.frequency)
+    return method.spec.engine, method.parameters
 
 
 @cache
@@ -237,13 +246,11 @@ class JitterUnit(Asked[Jittered], question="jittered releases", version=VERSION)
         trials = self.record.of(self.half, self.seed)
         _warm_up(self.spec)
         begun = time.process_time()
-        counts = [[faces.count(face) for face in FACES] for faces in map(self._faces, trials)]
+        found = [list(self._faces(trial)) for trial in trials]
+        counts = [[faces.count(face) for face in FACES] for faces in found]
         return Jittered([trial.name for trial in trials], counts, time.process_time() - begun)
 
-    def _faces(self, trial: Trial) -> list[str]:
-        return list(self._each_face(trial))
-
-    def _each_face(self, trial: Trial) -> Iterator[str]:
+    def _faces(self, trial: Trial) -> Iterator[str]:
         record = self.taken.record(trial)
         start = self.taken.release(record)
         random = np.random.default_rng([self.seed, *trial.name.encode()])

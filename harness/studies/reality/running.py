@@ -19,7 +19,6 @@ from steadyload.engines.registry import (
 from steadyload.engines.world import Support
 from steadyload.measured.errors import MotionError
 from steadyload.methods.registry import make_method
-from steadyload.methods.simulation.simulation_parameters import SimulationParameters
 from steadyload.methods.tuned import TUNED, tuned
 from steadyload.runs.able import chosen
 from steadyload.runs.evaluation import Evaluation
@@ -45,6 +44,7 @@ from steadyload.studies.reality.releasing import (
     by_flights,
     is_slow,
     made_on_engine,
+    simulation_of,
 )
 from steadyload.tuning.space import spec_of
 
@@ -319,7 +319,4 @@ def _rows(
 
 def _spelled(preset: str) -> str:
     """A preset with its parameters: it may be tuned anew."""
-    method = make_method(preset)
-    assert isinstance(method.parameters, SimulationParameters), "a simulation"
-    assert method.spec.engine is not None, "on an engine"
-    return spec_of(method.spec.engine, method.parameters)
+    return spec_of(*simulation_of(preset))

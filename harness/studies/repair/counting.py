@@ -5,13 +5,19 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Iterator, Mapping, Sequence
-from functools import partial
 
 import numpy as np
 
 from steadyload.layouts.benchmark.dataset import Benchmark
 from steadyload.layouts.sizes import FEWER, SIZES, binned
-from steadyload.reports.columns import column, decimal, general, percent, row, significant
+from steadyload.reports.columns import (
+    column,
+    general,
+    one_decimal,
+    percent,
+    row,
+    significant,
+)
 from steadyload.runs.labels import made_with
 from steadyload.statistics.estimate import NOTHING, Estimate
 from steadyload.statistics.metrics import mean, ratio, share
@@ -22,8 +28,6 @@ from steadyload.studies.repair.ways import Way
 
 ALL = "all"
 """Plans of all packers together, each once."""
-
-_one_digit = partial(decimal, digits=1)
 
 
 @row
@@ -41,9 +45,9 @@ class Shares:
     boxes_out: Estimate = column("boxes left out %", percent)
     volume_out: Estimate = column("volume left out %", percent)
     moved_median: float | None = column("boxes moved, median", general)
-    moved: Estimate | None = column("boxes moved, mean", _one_digit)
-    distance_cm: Estimate | None = column("moved by cm", _one_digit, "a moved box, on average")
-    retimed: Estimate | None = column("loaded at another time", _one_digit, "boxes, mean")
+    moved: Estimate | None = column("boxes moved, mean", one_decimal)
+    distance_cm: Estimate | None = column("moved by cm", one_decimal, "a moved box, on average")
+    retimed: Estimate | None = column("loaded at another time", one_decimal, "boxes, mean")
     unchanged: int = column("stood before", about="by the judge, against the label")
     timeouts: int = column("out of time", about="searches that the time limit ended")
 
