@@ -100,15 +100,17 @@ def with_moments_ignored(base):
     return MomentsIgnored
 
 
-def with_large_fixed_boxes(base):
-    class LargeFixedBoxes(base):
+def with_thin_fixed_boxes(base):
+    class ThinFixedBoxes(base):
+        """Not too thick ones: an engine may hold what penetrates, and never push it apart."""
+
         def add_box(self, box):
             if box.fixed:
                 x, y, z = box.size
-                box = dataclasses.replace(box, size=(1.02 * x, y, 1.02 * z))
+                box = dataclasses.replace(box, size=(x, y, 0.9 * z))
             return super().add_box(box)
 
-    return LargeFixedBoxes
+    return ThinFixedBoxes
 
 
 def with_half_a_substep_kept(base):
@@ -295,7 +297,7 @@ def with_bounces(base):
         (with_spin_negated, {"velocities_are_rates_of_the_poses"}),
         (with_inertia_doubled, {"tipping_rate_of_a_shifted_mass"}),
         (with_moments_ignored, {"tipping_rate_of_stated_moments"}),
-        (with_large_fixed_boxes, {"fixed_boxes_carry_and_never_move"}),
+        (with_thin_fixed_boxes, {"fixed_boxes_carry_and_never_move"}),
         (with_boxes_unseen, {"bad_numbers_are_refused"}),
         (with_half_a_substep_kept, {"reseat_equals_a_fresh_world"}),
         (with_reset_in_motion, {"reseat_equals_a_fresh_world", "velocities_can_be_set"}),
