@@ -1,4 +1,4 @@
-"""Errors of engines against the record: by way, by what the body is taken to be, and on the way."""
+"""Errors of engines against the record, put together for the page."""
 
 from __future__ import annotations
 
@@ -8,23 +8,23 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 import pandas as pd
 
+from steadyload.engines.world import Support
 from steadyload.measured.flight import FlightFacts
 from steadyload.reports.columns import (
     column,
     decimal,
     fixed,
-    general,
     one_decimal,
     row,
     significant,
 )
 from steadyload.statistics.estimate import Estimate
-from steadyload.statistics.metrics import median
 from steadyload.studies.reality.chances import Calibration, Chances, calibration
 from steadyload.studies.reality.errors import (
     BothHalves,
     Errors,
     Step,
+    as_good_as,
     both_halves,
     errors_of,
     guessed,
@@ -41,13 +41,10 @@ from steadyload.studies.reality.loading import (
     rankings,
     verdicts,
 )
+from steadyload.studies.reality.on_the_way import Grown, Rest, by_impacts, by_time, rest_of
 from steadyload.studies.reality.record import FIT, MEASURED, Recorded
-from steadyload.studies.reality.releasing import SINCE_CONTACT
 from steadyload.studies.reality.running import CENTRE, FREQUENCY, AllMeasured, ByEngine, Way
 from steadyload.studies.reality.tosses import Worst, worst
-
-_LEAST_TRIALS = 8
-"""With an error after so many impacts, for it to be shown."""
 
 
 @row
@@ -62,30 +59,6 @@ class Flight:
     gravity: Estimate = column("gravity m/s2", decimal)
     offset_mm: float
     scale: float = column("lengths times", lambda scale: fixed(scale, 3))
-
-
-@row
-class Grown:
-    """Distance between simulation and record at a time, or before an impact."""
-
-    engine: str = column(left=True)
-    name: str
-    at: float = column(form=general)
-    trials: int = column("n")
-    off_cm: Estimate = column("off cm, median", one_decimal)
-
-
-@row
-class Rest:
-    """How a body rests by an engine, beside the record."""
-
-    engine: str = column(left=True)
-    height_mm: Estimate = column("height mm, median", one_decimal)
-    sunk_mm: float | None = column("sunk in at rest mm", lambda mm: fixed(mm, 2))
-    deepest_mm: Estimate = column("deepest corner mm, median", one_decimal, "of all frames")
-    later_s: Estimate = column("rests later by s, median", decimal)
-    moving: int = column("still moving")
-    failed: int = column()
 
 
 @row
@@ -119,10 +92,12 @@ class Found:
     Attributes:
         best: the engine that is closest on the half for fitting, on the other half with the
             contacts fitted.
+        as_good: see :func:`steadyload.studies.reality.errors.as_good_as`.
     """
 
     recorded: Recorded
     best: Errors
+    as_good: Sequence[str]
     fitted: Sequence[Errors]
     guesses: Sequence[Errors]
     ways: Sequence[BothHalves]
@@ -163,6 +138,50 @@ class Found:
     def landed(self) -> Errors:
         """The guess that it flies freely and stays as it first touches the floor."""
         return self.guesses[1]
+
+    @property
+    def near_best(self) -> Sequence[Errors]:
+        """Engines whose right faces do not differ significantly from the best one's, and that one,
+        by their right faces.
+        """
+        own = [one for one in self.fitted if one.engine in self.as_good]
+        return sorted(own, key=lambda one: one.face.value)
+
+    @property
+    def near_off(self) -> Sequence[Errors]:
+        """The same by how far rest is off."""
+        return sorted(self.near_best, key=lambda one: one.off_cm.value)
+
+    @property
+    def presets(self) -> Sequence[Errors]:
+        """Engines with presets, on the half that is measured, by their right faces."""
+        own = [one.measured for one in self.ways if one.way == Way.PRESET]
+        return sorted(own, key=lambda one: one.face.value)
+
+    @property
+    def presets_off(self) -> Sequence[Errors]:
+        """The same by how far rest is off."""
+        return sorted(self.presets, key=lambda one: one.off_cm.value)
+
+    @property
+    def without_restitution(self) -> Sequence[str]:
+        """Titles of engines that have no coefficient of restitution."""
+        return [e.title for e in self.measured.engines if e.restitution is Support.IGNORED]
+
+    @property
+    def emulating(self) -> Sequence[str]:
+        """Titles of engines that emulate one."""
+        return [e.title for e in self.measured.engines if e.restitution is Support.ON_REQUEST]
+
+    @property
+    def sliding_badly(self) -> Sequence[str]:
+        """Titles of engines that declare to fail the check of a fast slide."""
+        return [one.title for one in self.measured.engines if one.slides_badly]
+
+    @property
+    def usual_departure_mm(self) -> float:
+        """By how much a record departs from free flight before its first contact, median [mm]."""
+        return 1e3 * float(np.median([toss.departure_m for toss in self.recorded.tosses]))
 
     @property
     def ranked(self) -> int:
@@ -220,6 +239,11 @@ class Found:
         """Errors with the centre of mass that flights show; None likewise."""
         return self._step(0)
 
+    @property
+    def refitted(self) -> Step | None:
+        """Errors with fitted contacts on top; None likewise."""
+        return self.steps[-1] if self.steps else None
+
     def _step(self, aside: int) -> Step | None:
         """The step of the centre of mass, or one beside it."""
         place = next((k for k, one in enumerate(self.steps) if one.step == CENTRE), None)
@@ -259,6 +283,7 @@ def compare(found: AllMeasured) -> Found:
     return Found(
         recorded=recorded,
         best=fitted[closest.name],
+        as_good=as_good_as(closest.title, found),
         fitted=list(fitted.values()),
         guesses=[
             guessed("stays as released", [toss.as_released for toss in tosses], scale),
@@ -267,9 +292,9 @@ def compare(found: AllMeasured) -> Found:
         ways=[both_halves(one, way, recorded) for one in found.engines for way in one.batches],
         flights=[_flight(name, facts) for name, facts in recorded.flights.items()],
         steps=list(steps_of(found)),
-        by_time=[point for one in found.engines for point in _by_time(one)],
-        by_impacts=[point for one in found.engines for point in _by_impacts(one)],
-        rests=[_rest(one, recorded) for one in found.engines],
+        by_time=[point for one in found.engines for point in by_time(one)],
+        by_impacts=[point for one in found.engines for point in by_impacts(one)],
+        rests=[rest_of(one, recorded) for one in found.engines],
         costs=[_cost(one, len(of_half(recorded, FIT))) for one in found.engines],
         friction=[point for one in found.engines for point in _by_value(one, "friction")],
         calibrations=[calibration(one.title, one.name, one.jittered, faces) for one in jittered],
@@ -311,43 +336,6 @@ def _flight(name: str, facts: FlightFacts) -> Flight:
 
 def _in_mm(metres: Estimate) -> Estimate:
     return Estimate(1e3 * metres.value, 1e3 * metres.low, 1e3 * metres.high, metres.n)
-
-
-def _by_time(one: ByEngine) -> Iterator[Grown]:
-    """All trials, with fitted contacts, by the time since the last frame of free flight."""
-    ends = [end for end in one.batches[Way.FITTED].ended if not end.failed]
-    for k, seconds in enumerate(SINCE_CONTACT):
-        off = [end.since_contact[k] for end in ends]
-        there = [100.0 * metres for metres in off if metres is not None]
-        if there:
-            yield Grown(one.title, one.name, seconds, len(there), median(there))
-
-
-def _by_impacts(one: ByEngine) -> Iterator[Grown]:
-    """Likewise by the number of impacts, just before the next one or at the end of the record."""
-    ends = [end for end in one.batches[Way.FITTED].ended if not end.failed]
-    for k in range(max((len(end.through_impacts) for end in ends), default=0)):
-        off = [end.through_impacts[k] for end in ends if k < len(end.through_impacts)]
-        there = [100.0 * metres for metres in off if metres is not None]
-        if len(there) >= _LEAST_TRIALS:
-            yield Grown(one.title, one.name, k, len(there), median(there))
-
-
-def _rest(one: ByEngine, recorded: Recorded) -> Rest:
-    ends = one.batches[Way.FITTED].ended
-    there = [end for end in ends if not end.failed]
-    times = {toss.name: toss.rest_s for toss in recorded.tosses}
-    heights = [1e3 * end.height_m for end in there if end.height_m is not None]
-    later = [end.rest_s - times[end.name] for end in there if end.rest_s is not None]
-    return Rest(
-        one.title,
-        median(heights),
-        recorded.half_edge_mm - float(np.median(heights)) if heights and recorded.is_cube else None,
-        median([-1e3 * end.deepest_m for end in there if end.deepest_m is not None]),
-        median(later),
-        sum(end.rest_s is None for end in there),
-        len(ends) - len(there),
-    )
 
 
 def _cost(one: ByEngine, trials: int) -> Cost:

@@ -18,12 +18,15 @@ from steadyload.reports.columns import (
     significant,
 )
 from steadyload.statistics.estimate import Estimate
-from steadyload.statistics.metrics import median, quantile, share
+from steadyload.statistics.metrics import mean, median, quantile, share
 from steadyload.studies.reality.record import FIT, MEASURED, Guess, Recorded, Toss
 from steadyload.studies.reality.releasing import Batch, Ended
 from steadyload.studies.reality.running import AllMeasured, ByEngine, Way
 
 _whole = partial(decimal, digits=0)
+
+FITTED_CONTACTS = "fitted contacts"
+"""Title of the last step of :func:`steps_of`."""
 
 MOST = 0.9
 """Share of the trials in the second figure of how far rest is off."""
@@ -66,10 +69,15 @@ class BothHalves:
 
 @row
 class Step:
-    """Errors with one thing more that is taken from the record, all engines together."""
+    """Errors with one thing more that is taken from the record, all engines together.
 
-    step: str = column("the body", left=True)
+    Attributes:
+        gain: points of right faces more than with the step before, of the same throws and engines.
+    """
+
+    step: str = column("what is taken from the record", left=True)
     face: Estimate = column("right face %", percent)
+    gain: Estimate | None = column("more than before, points", percent)
     off_cm: float = column("rest off cm, median", lambda cm: fixed(cm, 1))
     turn_deg: float = column("attitude off degrees, median", fixed)
     by_engine: Mapping[str, Estimate] = column("{}: right face %", percent)
@@ -148,18 +156,43 @@ def both_halves(one: ByEngine, way: Way, recorded: Recorded) -> BothHalves:
 
 
 def steps_of(found: AllMeasured) -> Iterator[Step]:
-    """Errors by what the body is taken to be, on the half that is measured.
+    """Errors by what is taken from the record, on the half that is measured.
 
-    With the contacts that the record states; none where it states no friction.
+    First the body, with the contacts that the record states, and fitted contacts at last; none
+    where it states no friction.
     """
     own = [one for one in found.engines if one.steps]
-    for step in own[0].steps if own else ():
-        ends = {one.title: _ends(one.steps[step], found.recorded, MEASURED) for one in own}
+    if not own:
+        return
+    last = {one.title: one.batches[Way.FITTED] for one in own}
+    batches = {step: {one.title: one.steps[step] for one in own} for step in own[0].steps}
+    before: list[bool] = []
+    for step, by_engine in {**batches, FITTED_CONTACTS: last}.items():
+        ends = {title: _ends(one, found.recorded, MEASURED) for title, one in by_engine.items()}
         together = [end for each in ends.values() for end in each]
+        names, right = [end.name for end in together], [end.same_face for end in together]
+        gains = np.subtract(right, before, dtype=float) if before else None
         yield Step(
             step,
-            share([end.same_face for end in together], [end.name for end in together]),
+            share(right, names),
+            None if gains is None else mean(gains, names),
             float(np.median([math.inf if e.off_m is None else 100.0 * e.off_m for e in together])),
             float(np.median([180.0 if e.turn_deg is None else e.turn_deg for e in together])),
             {title: share([end.same_face for end in each]) for title, each in ends.items()},
         )
+        before = right
+
+
+def as_good_as(best: str, found: AllMeasured) -> list[str]:
+    """Titles of the engines whose right faces do not differ significantly from those of one, and
+    its own: on the half that is measured, the paired 95 % interval of the difference holds 0.
+    """
+    right = {
+        one.title: np.array(
+            [end.same_face for end in _ends(one.batches[Way.FITTED], found.recorded, MEASURED)],
+            dtype=int,
+        )
+        for one in found.engines
+    }
+    less = {title: mean(right[best] - own) for title, own in right.items()}
+    return [title for title, each in less.items() if each.low <= 0.0 <= each.high]

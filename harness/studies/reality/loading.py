@@ -40,6 +40,11 @@ class Difference:
     most: float = column("to", general)
 
     @property
+    def interval(self) -> str:
+        """The interval of the fitted value."""
+        return f"{general(self.least)} to {general(self.most)}"
+
+    @property
     def differs(self) -> bool:
         """Whether the preset's value is outside the interval of the fitted one."""
         return self.preset is None or not self.least <= self.preset <= self.most

@@ -97,6 +97,16 @@ class ByEngine:
         return capabilities(self.name).title
 
     @property
+    def restitution(self) -> Support:
+        """Its support of a coefficient of restitution."""
+        return capabilities(self.name).settings["restitution"].support
+
+    @property
+    def slides_badly(self) -> bool:
+        """Whether it declares to fail the check of a fast slide."""
+        return any(one.check == "a_fast_slide" for one in capabilities(self.name).known_failures)
+
+    @property
     def is_reference(self) -> bool:
         """Whether labels are made by it: it chooses its own steps."""
         return capabilities(self.name).error_controlled
