@@ -381,7 +381,8 @@ class _Field:
             return stated if isinstance(stated, bool) else self._refuse(kind, stated)
         names = self._names(kind)
         texts = str | int if issubclass(kind, Enum) else str | kind
-        if not isinstance(stated, texts) or (stated == "" and kind is Path):
+        no_path = kind is Path and (stated == "" or "\0" in str(stated))
+        if not isinstance(stated, texts) or no_path:
             self._refuse(kind, stated)
         if names and stated not in names:
             self._say(f"{shown(stated)}; {nearest(str(stated), names)}")

@@ -131,6 +131,18 @@ def test_what_is_wrong_is_one_sentence(cls, stated, message):
 
 
 @dataclass(frozen=True)
+class Placed:
+    place: Path | None = None
+
+
+@pytest.mark.parametrize("text", ["", "a\0b"])
+def test_what_names_no_file_is_no_path(text):
+    with pytest.raises(ConfigError, match=r"place is .*; allowed: a path"):
+        bind(Placed, {"place": text}, "mine.toml")
+    assert bind(Placed, {"place": "a b"}, "mine.toml").place == Path("a b")
+
+
+@dataclass(frozen=True)
 class Range:
     low: int
     high: int

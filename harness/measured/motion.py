@@ -27,6 +27,12 @@ FARTHEST, FASTEST, SPINNING = 1e3, 100.0, 1e3
 LATEST = 1e7
 """Largest time, either way [s]."""
 
+SHORTEST, LONGEST = 1e-5, 10.0
+"""Time between a frame and the next one [s]."""
+
+LONGEST_TRIAL = 600.0
+"""Time from the first frame of a trial to the last [s]."""
+
 SUNK = 0.25, 0.005
 """Depth below the floor that a corner may have for errors of tracking: a share of the longest side,
 and a length [m]."""
@@ -70,8 +76,9 @@ class Trial:
         body: what is known of it.
 
     Raises:
-        MotionError: a shape, a number, a time, a length of a quaternion that is not allowed, too
-            few frames, a body below the floor, or velocities that do not fit the positions.
+        MotionError: a shape, a number, a time, a gap between frames or a length of a quaternion
+            that is not allowed, too few frames, too long a trial, a body below the floor, or
+            velocities that do not fit the positions.
     """
 
     name: str
@@ -132,6 +139,7 @@ class Trial:
             raise MotionError(
                 f", frame {k}: time {times[k]:g} {twice}; allowed: times that rise [s]"
             )
+        _check_spans(times)
         object.__setattr__(self, "times", times)
         for key, names in COLUMNS.items():
             given = getattr(self, key)
@@ -200,6 +208,20 @@ class Trial:
                     f": its angular velocities turn it by {stated:.3g} rad, its attitudes by "
                     f"{seen:.3g} rad; allowed: up to {_FACTOR:g} times as much, in rad/s"
                 )
+
+
+def _check_spans(times: FloatArray) -> None:
+    """An engine would simulate long gaps in one call, and short ones in many."""
+    spans = np.diff(times)
+    odd = np.flatnonzero((spans < SHORTEST) | (spans > LONGEST))
+    if len(odd):
+        raise MotionError(
+            f", frame {odd[0] + 1}: is {spans[odd[0]]:g} s after the one before; allowed: "
+            f"{SHORTEST:g} to {LONGEST:g} s, times in s"
+        )
+    lasts = times[-1] - times[0]
+    if lasts > LONGEST_TRIAL:
+        raise MotionError(f": lasts {lasts:g} s; allowed: up to {LONGEST_TRIAL:g} s, times in s")
 
 
 def _array(

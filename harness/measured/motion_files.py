@@ -49,6 +49,9 @@ MAX_TRIALS, MAX_FRAMES = 100_000, 1_000_000
 
 _PARQUET = b"PAR1"
 
+_TEXTS = (pa.types.is_string, pa.types.is_large_string, pa.types.is_string_view)
+"""Whether a column is of texts: libraries write different ones."""
+
 Given = tuple[FloatArray, NDArray[np.bool_]]
 """Numbers of a column, and whether each is given."""
 
@@ -75,7 +78,7 @@ def read_motion(
         TooLargeError: it has too many bytes.
         OSError: it cannot be opened.
     """
-    named, stated = _checked_names(columns or {}, constants or {})
+    named, stated = checked_names(columns or {}, constants or {})
     content = content_of(Path(path), MAX_STORED_BYTES)
     try:
         parse = _of_parquet if content.startswith(_PARQUET) else _of_csv
@@ -100,10 +103,14 @@ def read_motion(
         raise MotionError(f"{path}: {error}") from None
 
 
-def _checked_names(
+def checked_names(
     columns: Mapping[str, str], constants: Mapping[str, float]
 ) -> tuple[dict[str, str], dict[str, float]]:
-    """Name in the file -> name of ours; and constants as numbers."""
+    """Name in the file -> name of ours; and constants as numbers.
+
+    Raises:
+        MotionError: an unknown name, or a constant that is no number.
+    """
     for name in columns:
         if name not in KNOWN:
             raise MotionError(f"columns: unknown column {shown(name)}; {nearest(str(name), KNOWN)}")
@@ -174,7 +181,10 @@ def _of_parquet(
 ) -> tuple[list[str], dict[str, Given]]:
     """Trials and numbers of all rows of a Parquet file."""
     try:
+        found = _places(pq.read_schema(pa.BufferReader(content)).names, named, ignored)
         table = table_of(content)
+    except MotionError:
+        raise
     except TableTooLargeError as error:
         raise MotionError(str(error)) from None
     except (OSError, ValueError, pa.ArrowException) as error:
@@ -183,11 +193,10 @@ def _of_parquet(
             "CSV"
         ) from None
     _check_frames(table.num_rows)
-    found = _places(table.column_names, named, ignored)
     trials = table.column(found.pop("trial"))
     if pa.types.is_dictionary(trials.type):
         trials = trials.cast(trials.type.value_type)
-    if not (pa.types.is_string(trials.type) or pa.types.is_integer(trials.type)):
+    if not (any(is_text(trials.type) for is_text in _TEXTS) or pa.types.is_integer(trials.type)):
         raise MotionError(f"trial is a column of {trials.type}; allowed: texts or whole numbers")
     try:
         names = ["" if name is None else str(name) for name in trials.to_pylist()]
@@ -200,6 +209,8 @@ def _of_parquet(
 
 
 def _numbers(name: str, column: Any) -> Given:
+    if pa.types.is_null(column.type):
+        column = column.cast(pa.float64())
     if not (pa.types.is_integer(column.type) or pa.types.is_floating(column.type)):
         raise MotionError(f"{name} is a column of {column.type}; allowed: numbers")
     given = ~np.asarray(column.is_null().to_numpy(), dtype=bool)

@@ -9,7 +9,7 @@ from pathlib import Path
 from steadyload.config import bind
 from steadyload.measured.errors import MotionError
 from steadyload.measured.motion import Trial
-from steadyload.measured.motion_files import read_motion
+from steadyload.measured.motion_files import checked_names, read_motion
 from steadyload.measured.releases import Noise
 from steadyload.reading import toml_of
 
@@ -47,4 +47,9 @@ def motion_profile(path: str | Path) -> MotionProfile:
         TooLargeError: it has too many bytes.
         OSError: it cannot be read.
     """
-    return bind(MotionProfile, toml_of(Path(path), MotionError), str(path), MotionError)
+    found = bind(MotionProfile, toml_of(Path(path), MotionError), str(path), MotionError)
+    try:
+        checked_names(found.columns, found.constants)
+    except MotionError as error:
+        raise MotionError(f"{path}: {error}") from None
+    return found

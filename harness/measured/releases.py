@@ -11,9 +11,8 @@ from scipy.optimize import brentq
 from steadyload.engines.attitudes import lengths, rotate
 from steadyload.engines.quantities import quantity
 from steadyload.engines.world import GRAVITY, Box
-from steadyload.escaping import shown
 from steadyload.measured.bodies import Body, Vector
-from steadyload.measured.derived import spins
+from steadyload.measured.derived import spins, velocities
 from steadyload.measured.errors import MotionError
 from steadyload.measured.flight import flight_frames
 from steadyload.measured.motion import FloatArray, Trial
@@ -154,17 +153,11 @@ def release(trial: Trial, offset: Vector = CENTRED, gravity: float = GRAVITY) ->
 def first_frame(trial: Trial) -> Release:
     """The state at the first frame as it is recorded, of a body whose centre of mass is its middle.
 
-    Raises:
-        MotionError: its velocities are not given.
+    Velocities are those that are given, or else of the differences between frames.
     """
-    rates = trial.world_spins
-    if trial.velocities is None or rates is None:
-        raise MotionError(
-            f"trial {shown(trial.name)}: its velocities are not given; allowed: a trial with vx, "
-            "vy, vz, wx, wy and wz"
-        )
     attitude = trial.attitudes[0] / np.linalg.norm(trial.attitudes[0])
-    return Release(trial.positions[0], attitude, trial.velocities[0], rates[0])
+    spin = rotate(attitude[None], spins(trial)[:1])[0]
+    return Release(trial.positions[0], attitude, velocities(trial)[0], spin)
 
 
 def departure(

@@ -61,6 +61,8 @@ def changed(place, cells):
         (1, {1: ""}, "trial 'a', frame 1: time is missing; allowed: a number"),
         (2, {1: "0.1"}, "trial 'a', frame 2: time 0.1 stands there twice; allowed: times that ris"),
         (2, {1: "0.05"}, "trial 'a', frame 2: time 0.05 follows 0.1; allowed: times that rise [s]"),
+        (1, {1: "1e-9"}, "trial 'a', frame 1: is 1e-09 s after the one before; allowed: 1e-0"),
+        (2, {1: "1e6"}, "trial 'a', frame 2: is 1e+06 s after the one before; allowed: 1e-0"),
         (1, {5: "0.9"}, "trial 'a', frame 1: its quaternion has the length 0.9; allowed: 1, to"),
         (1, {5: "0"}, "trial 'a', frame 1: its quaternion has the length 0; allowed: 1"),
         (2, {0: ""}, "line 4 names no trial; allowed: its name in every row"),
@@ -240,12 +242,36 @@ def table(**columns):
         ({"x": [0.0, math.nan, 0.0]}, "trial '1', frame 1: x is nan"),
         ({"mass": [math.nan] * 3}, "trial '1': mass is nan"),
         ({"height": [1.0] * 3}, "has the unknown column 'height'"),
+        ({"x": pa.nulls(3)}, "trial '1', frame 0: x is missing"),
     ],
 )
 def test_a_parquet_file_is_checked_likewise(tmp_path, columns, message):
     path = tmp_path / "motion.parquet"
     pq.write_table(table(**columns), path)
     assert refusal(path).startswith(message)
+
+
+def test_a_parquet_file_with_a_column_twice_is_refused(tmp_path):
+    path, whole = tmp_path / "motion.parquet", table()
+    pq.write_table(whole.append_column("x", whole.column("y")), path)
+    assert refusal(path).startswith("has the column 'x' twice; allowed: once")
+
+
+@pytest.mark.parametrize("kind", [pa.string(), pa.large_string(), pa.string_view()], ids=str)
+def test_names_of_every_kind_of_text_are_read(tmp_path, kind):
+    path = tmp_path / "motion.parquet"
+    names = pa.array(["a", "a", "a"], kind)
+    pq.write_table(table(trial=names, mass=pa.nulls(3)), path)
+    (trial,) = read_motion(path)
+    assert (trial.name, trial.body.mass) == ("a", None)
+
+
+def test_a_trial_of_many_minutes_is_refused():
+    times = np.arange(0.0, 611.0, 10.0)
+    still, upright = np.zeros((len(times), 3)), np.tile([1.0, 0, 0, 0], (len(times), 1))
+    assert len(Trial("a", times[:-1], still[:-1], upright[:-1])) == 61
+    with pytest.raises(MotionError, match="trial 'a': lasts 610 s; allowed: up to 600 s"):
+        Trial("a", times, still, upright)
 
 
 def test_a_trial_without_positions_is_refused(tmp_path):

@@ -59,6 +59,8 @@ def test_the_profile_of_the_tosses_states_the_cube_and_its_source():
         ("[noise]\nattitude_deg = nan", "noise: attitude_deg is nan; allowed: a number, 0 to 180"),
         ("ignored = 'frame'", "ignored is 'frame'; allowed: a list"),
         ("[columns", "not valid TOML"),
+        ("[columns]\ntrail = 'toss'", "columns: unknown column 'trail'; did you mean 'trial'?"),
+        ("[constants]\nz = 1", "constants: unknown quantity 'z'; allowed"),
     ],
 )
 def test_a_profile_that_is_not_allowed_is_refused(tmp_path, text, message):

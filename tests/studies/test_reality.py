@@ -14,9 +14,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+from steadyload.engines.attitudes import rotate
 from steadyload.engines.world import Box, WorldSettings
 from steadyload.measured.bodies import Body
 from steadyload.measured.errors import MotionError
+from steadyload.measured.flight import flight_frames
 from steadyload.measured.motion_files import write_motion
 from steadyload.measured.simulating import simulated
 from steadyload.methods.registry import make_method
@@ -43,7 +45,14 @@ from steadyload.studies.reality.loading import (
     differences,
     rankings,
 )
-from steadyload.studies.reality.record import FIT, MEASURED, NOTE, halves, open_record
+from steadyload.studies.reality.record import (
+    FIT,
+    MEASURED,
+    NOTE,
+    halves,
+    note_record,
+    open_record,
+)
 from steadyload.studies.reality.releasing import (
     FACES,
     Jittered,
@@ -255,6 +264,39 @@ def test_a_record_that_cannot_be_compared_is_refused(throws, tmp_path, change, m
     assert not (tmp_path / "work").exists()
 
 
+def as_of_a_point_outside(trial):
+    """In flight, positions are those of a point of the body 6 cm off its middle."""
+    count, positions = flight_frames(trial), trial.positions.copy()
+    positions[:count] += rotate(trial.attitudes[:count], np.tile((0.0, 0.06, 0.0), (count, 1)))
+    return replace(trial, positions=positions, velocities=None)
+
+
+def in_slower_time(trial):
+    return replace(trial, times=3.0 * trial.times, velocities=None, spins=None)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (in_slower_time, "bodies fall at 1.09 m/s2 in free flight; allowed: 4.9 to 19.6"),
+        (as_of_a_point_outside, "by free flight the centre of mass is at ("),
+    ],
+)
+def test_a_record_whose_flights_are_of_no_body_is_refused(throws, tmp_path, change, message):
+    """Before an engine sees it; the record that was compared before stays the noted one."""
+    good, lab = written(tmp_path, throws), Lab(tmp_path / "work", 0)
+    note_record(lab.work, open_record(lab.work, good, None))
+    noted = (lab.work / NOTE).read_bytes()
+    bad = tmp_path / "bad.parquet"
+    write_motion(bad, [change(trial) for trial in throws])
+    with pytest.raises(MotionError) as caught:
+        measured(lab, data=bad, **OPTIONS)
+    assert str(caught.value).startswith(f"{bad}: {message}")
+    with pytest.raises(StudyError):
+        measured(lab, data=bad, **{**OPTIONS, "engines": ("nope",)})
+    assert (lab.work / NOTE).read_bytes() == noted
+
+
 def shortened(trial, first, last):
     cut = slice(first, last)
     return replace(
@@ -267,14 +309,18 @@ def test_without_a_file_the_record_is_that_of_the_rows(data, tmp_path):
     with pytest.raises(MotionError, match="no record was compared here yet; allowed: --data FILE"):
         open_record(tmp_path, None, None)
     whole = open_record(tmp_path, data, None)
+    note_record(tmp_path, whole)
     assert open_record(tmp_path, None, None).digest == whole.digest
     less = open_record(tmp_path, data, None, 9)
     assert len(less.trials) == 9
+    assert open_record(tmp_path, None, None).digest == whole.digest
+    note_record(tmp_path, less)
     assert open_record(tmp_path, None, None).digest == less.digest != whole.digest
     note = json.loads((tmp_path / NOTE).read_text())
-    (tmp_path / NOTE).write_text(json.dumps({**note, "digest": "0"}))
-    with pytest.raises(StoredFileError, match="is damaged; name the record again by --data FILE"):
-        open_record(tmp_path, None, None)
+    for damaged in ({**note, "digest": "0"}, {}, {"digest": None}):
+        (tmp_path / NOTE).write_text(json.dumps(damaged))
+        with pytest.raises(StoredFileError, match="damaged; name the record again by --data FILE"):
+            open_record(tmp_path, None, None)
 
 
 def test_a_record_is_another_one_by_each_of_its_parts(throws, tmp_path):
@@ -588,6 +634,15 @@ def test_an_engine_that_fails_is_wrong_everywhere_and_has_a_page(all_measured, a
     assert all("none" in predicted for predicted in worst.values())
     assert "the integrator gave up" in as_csv(found.measured)
     assert_shown(Reality(), found, tables=tables(found), charts=CHARTS, drawn=False)
+
+
+def test_a_record_on_which_every_engine_fails_has_a_page(all_measured, assert_shown):
+    one, _ = failing(all_measured).engines
+    found = compare(replace(all_measured, engines=[one]))
+    assert not found.by_time
+    assert not found.by_impacts
+    left = [chart for chart in CHARTS if chart not in ("time", "impacts", "factors", "reliability")]
+    assert_shown(Reality(), found, tables=tables(found), charts=left, drawn=False)
 
 
 def test_a_record_that_states_no_contact_has_a_page(all_measured, assert_shown):

@@ -10,6 +10,7 @@ import numpy as np
 
 from steadyload.atomic import manifest_text, write_atomically
 from steadyload.engines.attitudes import degrees_apart, lengths
+from steadyload.engines.world import GRAVITY
 from steadyload.escaping import shown
 from steadyload.measured.bodies import Vector
 from steadyload.measured.derived import face_down, impacts, resting_height, time_to_rest
@@ -19,7 +20,7 @@ from steadyload.measured.motion import Trial
 from steadyload.measured.profiles import MotionProfile, motion_profile
 from steadyload.measured.releases import Noise, Release, departure, landed, release
 from steadyload.reports.columns import row
-from steadyload.stored import stored_object
+from steadyload.stored import StoredFileError, stored_object
 from steadyload.studies.kit import Asked
 
 VERSION = 1
@@ -27,6 +28,9 @@ VERSION = 1
 
 NOTE = "record.json"
 """File in the work folder that says of which record its rows are."""
+
+HEAVIER = 2.0
+"""Factor by which the gravity in a record may differ from that of the earth."""
 
 FEWEST = 8
 """Trials of a record, at least."""
@@ -42,14 +46,20 @@ class Record:
         digest: of all that rows depend on: trials, bodies, noise, and what is said of them.
         trials: none where the file is not here.
         profile: how the file was read.
+        file: of the trials, for messages.
     """
 
     def __init__(
-        self, digest: str, trials: Sequence[Trial] = (), profile: MotionProfile | None = None
+        self,
+        digest: str,
+        trials: Sequence[Trial] = (),
+        profile: MotionProfile | None = None,
+        file: Path | None = None,
     ) -> None:
         self.digest = digest
         self.trials = tuple(trials)
         self.profile = profile or MotionProfile()
+        self.file = file
 
     def content_hash(self) -> str:
         """The digest, which is what keys of rows hold."""
@@ -88,7 +98,7 @@ def halves(names: Sequence[str], seed: int) -> dict[str, str]:
 def open_record(
     work: Path, data: Path | None, profile: Path | None, limit: int | None = None
 ) -> Record:
-    """The record of a file, which is noted in the work folder; without a file that of the note.
+    """The record of a file; without a file that of the note in the work folder.
 
     Args:
         work: the work folder.
@@ -107,18 +117,26 @@ def open_record(
     if data is None:
         if not note.exists():
             raise MotionError(f"{work}: no record was compared here yet; allowed: --data FILE")
-        found = stored_object(note, "name the record again by --data FILE")
-        return Record(str(found["digest"]))
+        again = "name the record again by --data FILE"
+        digest = stored_object(note, again).get("digest")
+        if not isinstance(digest, str):
+            raise StoredFileError(note, again)
+        return Record(digest)
     said = MotionProfile() if profile is None else motion_profile(profile)
     trials = said.read(data)[:limit]
     try:
         _check(trials)
     except MotionError as error:
         raise MotionError(f"{data}: {error}") from None
-    record = Record(_digest(trials, said), trials, said)
-    work.mkdir(parents=True, exist_ok=True)
-    write_atomically(note, manifest_text({"digest": record.digest, "trials": len(trials)}))
-    return record
+    return Record(_digest(trials, said), trials, said, data)
+
+
+def note_record(work: Path, record: Record) -> None:
+    """Note in the work folder that its rows are of a record whose file is here."""
+    if record.trials:
+        work.mkdir(parents=True, exist_ok=True)
+        facts = {"digest": record.digest, "trials": len(record.trials)}
+        write_atomically(work / NOTE, manifest_text(facts))
 
 
 def _check(trials: Sequence[Trial]) -> None:
@@ -246,9 +264,13 @@ class RecordUnit(Asked[Recorded], question="recorded motion", version=VERSION):
         assert body.size is not None, "looked at when the record was opened"
         assert body.mass is not None, "likewise"
         own = halves([trial.name for trial in trials], self.seed)
-        flights = {ALL: flight_facts(trials)} | {
-            half: flight_facts(self.record.of(half, self.seed)) for half in (FIT, MEASURED)
-        }
+        try:
+            flights = {ALL: _facts(trials)} | {
+                half: _facts(self.record.of(half, self.seed)) for half in (FIT, MEASURED)
+            }
+            tosses = [_toss(trial, own[trial.name], flights[FIT]) for trial in trials]
+        except MotionError as error:
+            raise MotionError(f"{self.record.file}: {error}") from None
         spans = np.concatenate([np.diff(trial.times) for trial in trials])
         return Recorded(
             profile.body,
@@ -261,8 +283,27 @@ class RecordUnit(Asked[Recorded], question="recorded motion", version=VERSION):
             profile.noise,
             float(1.0 / np.median(spans)),
             flights,
-            [_toss(trial, own[trial.name], flights[FIT]) for trial in trials],
+            tosses,
         )
+
+
+def _facts(trials: Sequence[Trial]) -> FlightFacts:
+    """Facts of free flight, if they are those of a body under gravity."""
+    found, size = flight_facts(trials), trials[0].body.size
+    assert size is not None, "looked at when the record was opened"
+    if not GRAVITY / HEAVIER <= found.gravity.value <= GRAVITY * HEAVIER:
+        raise MotionError(
+            f"bodies fall at {found.gravity.value:.3g} m/s2 in free flight; allowed: "
+            f"{GRAVITY / HEAVIER:g} to {GRAVITY * HEAVIER:g}, with lengths in m, times in s, z up"
+        )
+    if any(abs(part) >= 0.5 * side for part, side in zip(found.offset, size, strict=True)):
+        x, y, z = found.offset
+        raise MotionError(
+            f"by free flight the centre of mass is at ({x:.3g}, {y:.3g}, {z:.3g}) m from the "
+            "middle; allowed: inside the body, with quaternions w, x, y, z from the axes of the "
+            "body to those of the world"
+        )
+    return found
 
 
 def _toss(trial: Trial, half: str, flight: FlightFacts) -> Toss:

@@ -32,6 +32,7 @@ from steadyload.studies.reality.record import (
     Record,
     Recorded,
     RecordUnit,
+    note_record,
     open_record,
 )
 from steadyload.studies.reality.releasing import (
@@ -198,11 +199,12 @@ def measured(
         StudyError: an engine is not one of :func:`able_engines`.
         NotKeptError: rows are missing, and nothing may be measured.
     """
+    names = chosen(engines, able_engines(), "engine") if engines else able_engines()
     record = open_record(lab.work, data, profile, limit)
     unit = RecordUnit(record, seed, package_versions(("numpy", "scipy")))
     [recorded], made_with = lab.measure([unit], Recorded, folder="record")
+    note_record(lab.work, record)
     taken = by_flights(recorded.fitted_flight)
-    names = chosen(engines, able_engines(), "engine") if engines else able_engines()
     found, missing = [], []
     for name in names:
         of_engine = _Runs(lab, record, recorded, taken, name, seed, jitters)
