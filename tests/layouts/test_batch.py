@@ -3,6 +3,7 @@
 import math
 import pickle
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pandas as pd
@@ -14,6 +15,7 @@ from steadyload.layouts import Item, Layout, LayoutError, Pallet
 from steadyload.layouts.benchmark import BenchmarkError, load_benchmark
 from steadyload.layouts.model.batch import LayoutBatch
 from steadyload.layouts.model.layout import ARRAYS, TOLERANCE
+from steadyload.layouts.model.overlaps import deepest_overlap, with_overlaps
 from steadyload.layouts.packing.packing import random_layouts
 from steadyload.properties.strategies import layouts as any_layouts
 
@@ -42,6 +44,20 @@ def assert_equal_batches(found, expected):
             assert not others.flags.writeable
         else:
             assert others == values, key
+
+
+def test_overlaps_among_many_layouts_are_those_of_each_by_itself():
+    random = np.random.default_rng(5)
+    counts = random.permutation([*range(1, 71), *[2, 3, 4, 9] * 50])
+    starts = np.concatenate(([0], np.cumsum(counts)))
+    room = np.repeat(random.choice([20.0, 60.0, 200.0], len(counts)), counts)[:, None]
+    lower = random.uniform(0.0, 1.0, (starts[-1], 3)) * room
+    upper = lower + random.uniform(2.0, 8.0, lower.shape)
+    alone = [
+        deepest_overlap(lower[a:b], upper[a:b]) is not None for a, b in pairwise(starts.tolist())
+    ]
+    assert 20 < sum(alone) < len(alone) - 20
+    assert with_overlaps(starts, lower, upper).tolist() == alone
 
 
 def arrays_of(batch):

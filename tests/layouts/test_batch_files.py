@@ -1,6 +1,9 @@
 """Files read as a batch: the arrays that the reader of layouts gives, and its refusals."""
 
+from itertools import product
+
 import numpy as np
+import pyarrow as pa
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -8,7 +11,9 @@ from hypothesis import strategies as st
 import steadyload as sl
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.batch_files import read_batch
+from steadyload.layouts.files.csv_batch import _numbers as numbers
 from steadyload.layouts.files.csv_batch import batch_of_csv
+from steadyload.layouts.files.csv_cells import number
 from steadyload.layouts.files.dialect import Dialect
 from steadyload.layouts.files.limits import MAX_ITEMS
 from steadyload.layouts.formats import Format, read_layouts, write_layouts
@@ -127,6 +132,18 @@ def test_a_file_that_is_wrong_or_rare_is_read_as_layouts_are(tmp_path, old, new)
     content = PLAIN.replace(old, new, 1)
     assert not is_direct(content)
     assert_read_alike(write(tmp_path / "file.csv", content))
+
+
+def test_cells_of_the_marks_of_numbers_state_what_the_other_reader_finds():
+    for text in map("".join, (t for k in range(6) for t in product("05.+-e", repeat=k))):
+        exact = number(text)
+        try:
+            (found,) = numbers(pa.array([text]))
+        except (ValueError, pa.ArrowException):
+            assert exact is None, text
+        else:
+            assert exact is not None, text
+            assert found.hex() == float(exact).hex(), text
 
 
 def test_text_of_another_encoding_is_refused_alike(tmp_path):

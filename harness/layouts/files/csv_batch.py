@@ -7,7 +7,6 @@ wrong.
 
 from __future__ import annotations
 
-import re
 from codecs import BOM_UTF8
 from collections.abc import Iterable
 from typing import Any
@@ -40,12 +39,13 @@ from steadyload.layouts.model.layout import FloatArray, LayoutError
 _PLAIN_KEYS = {"columns", "other_columns"}
 """Keys of a dialect that change no number."""
 
-_LINES_APART = re.compile(rb'["\0]|\r(?!\n)')
-"""Texts that part lines and cells as line ends and separators do not, or that may not be."""
-
 _NUMBER = r"^[+-]?(?:[0-9]+(?:[.][0-9]*)?|[.][0-9]+)(?:[eE][+-]?[0-9]{1,6})?$"
 """Finite numbers with a decimal point: a part of those of
 :mod:`steadyload.layouts.files.csv_cells`."""
+
+_PLAIN_DIGITS = b"0123456789.+-"
+"""Characters of numbers without an exponent. Of texts of them Arrow converts those that
+:data:`_NUMBER` matches, and no other."""
 
 
 def batch_of_csv(
@@ -59,7 +59,7 @@ def batch_of_csv(
         deck: what is stated of all pallets beside their sizes, as fields of a pallet.
         file: its name, for a warning of a column left out that states how boxes are turned.
     """
-    if dialect.stated().keys() - _PLAIN_KEYS or _LINES_APART.search(content):
+    if dialect.stated().keys() - _PLAIN_KEYS or _parts_otherwise(content):
         return None
     start = len(BOM_UTF8) if content.startswith(BOM_UTF8) else 0
     end = content.find(b"\n", start) + 1 or len(content)
@@ -81,6 +81,13 @@ def batch_of_csv(
     return batch
 
 
+def _parts_otherwise(content: bytes | bytearray) -> bool:
+    """True for a text that parts lines and cells not only by line ends and separators."""
+    if b'"' in content or b"\0" in content:
+        return True
+    return b"\r" in content and content.count(b"\r") > content.count(b"\r\n")
+
+
 def _cells(content: memoryview, separator: str, count: int) -> list[pa.Array]:
     """The columns of the rows as texts.
 
@@ -99,14 +106,21 @@ def _cells(content: memoryview, separator: str, count: int) -> list[pa.Array]:
     )
     cells = [column.combine_chunks() for column in table.columns]
     for column in cells:
-        _check_length(column, MAX_TEXT_LENGTH)
+        _bytes_of(column, MAX_TEXT_LENGTH)
     return cells
 
 
-def _check_length(column: pa.Array, most: int) -> None:
-    """Raise ValueError where a text has more bytes."""
-    if (pc.max(pc.binary_length(column)).as_py() or 0) > most:
+def _bytes_of(column: pa.Array, most: int) -> memoryview:
+    """The texts of a column one after the other.
+
+    Raises:
+        ValueError: one has more bytes than allowed.
+    """
+    _, bounds, content = column.buffers()
+    ends = np.frombuffer(bounds, np.int32, len(column) + 1, offset=4 * column.offset)
+    if np.diff(ends).max(initial=0) > most:
         raise ValueError(f"a cell of more than {most} bytes")
+    return memoryview(content or b"")[ends[0] : ends[-1]]
 
 
 def _batch(cells: list[pa.Array], columns: Columns, deck: dict[str, Any]) -> LayoutBatch:
@@ -116,21 +130,23 @@ def _batch(cells: list[pa.Array], columns: Columns, deck: dict[str, Any]) -> Lay
         ValueError: it may have none; likewise LayoutError and pa.ArrowException.
     """
     coded = cells[columns.layout].dictionary_encode()
-    names = tuple(map(unguarded, coded.dictionary.to_pylist()))
+    names = tuple(_texts(coded.dictionary))
     layouts = coded.indices.to_numpy()
     assert columns.sequence is not None, "the other reader takes the order of rows"
     sequence = _numbers(cells[columns.sequence])
-    order = np.lexsort((sequence, layouts))
+    order = _order(sequence, layouts)
     counts = np.bincount(layouts, minlength=len(names))
     starts = np.concatenate(([0], np.cumsum(counts)))
     if not names or len({*names}) < len(names):
         raise ValueError("no layouts, or one that stands there twice")
     if len(names) > MAX_LAYOUTS or counts.max() > MAX_ITEMS:
         raise ValueError("too many layouts or items")
-    if (sequence[order] != np.arange(len(order)) - np.repeat(starts[:-1], counts)).any():
+    if (sequence[order] != np.arange(len(sequence)) - np.repeat(starts[:-1], counts)).any():
         raise ValueError("sequence numbers with gaps")
     sizes = _vectors(cells, columns.pallet)[order]
-    if (sizes != np.repeat(sizes[starts[:-1]], counts, axis=0)).any():
+    other = sizes[1:] != sizes[:-1]
+    other[starts[1:-1] - 1] = False
+    if other.any():
         raise ValueError("two pallets of one layout")
     return checked_batch(
         starts,
@@ -142,6 +158,26 @@ def _batch(cells: list[pa.Array], columns: Columns, deck: dict[str, Any]) -> Lay
         names=names,
         ids=() if columns.identity is None else _ids(cells[columns.identity], order),
     )
+
+
+def _order(sequence: FloatArray, layouts: NDArray[np.int32]) -> NDArray[np.int64] | slice:
+    """The order in which rows stand by layout and sequence; all of them where they do so already.
+
+    Args:
+        sequence: numbers of all rows.
+        layouts: numbers of their layouts.
+    """
+    steps = np.diff(layouts)
+    if ((steps == 0) & (np.diff(sequence) > 0.0) | (steps > 0)).all():
+        return slice(None)
+    return np.lexsort((sequence, layouts))
+
+
+def _texts(column: pa.Array) -> list[str]:
+    """The texts of cells, without the apostrophes that guard them."""
+    texts: list[str] = column.to_pylist()
+    guarded = b"'" in bytes(_bytes_of(column, MAX_TEXT_LENGTH))
+    return [unguarded(text) for text in texts] if guarded else texts
 
 
 def _vectors(cells: list[pa.Array], places: Iterable[int | None]) -> FloatArray:
@@ -156,16 +192,16 @@ def _numbers(column: pa.Array) -> FloatArray:
     Raises:
         ValueError: a cell states none, or in another way.
     """
-    _check_length(column, MAX_NUMBER_LENGTH)
-    if not pc.all(pc.match_substring_regex(column, _NUMBER)).as_py():
+    others = bytes(_bytes_of(column, MAX_NUMBER_LENGTH)).translate(None, _PLAIN_DIGITS)
+    if others and not pc.all(pc.match_substring_regex(column, _NUMBER)).as_py():
         raise ValueError("a cell that is no plain number")
     found: FloatArray = pc.cast(column, pa.float64()).to_numpy()
     return found
 
 
-def _ids(column: pa.Array, order: NDArray[np.int64]) -> tuple[str, ...]:
+def _ids(column: pa.Array, order: NDArray[np.int64] | slice) -> tuple[str, ...]:
     """Ids of boxes in another order; none where all are empty."""
     coded = column.dictionary_encode()
-    ids = [unguarded(text) for text in coded.dictionary.to_pylist()]
+    ids = _texts(coded.dictionary)
     places = coded.indices.to_numpy()[order]
     return tuple(map(ids.__getitem__, places.tolist())) if any(ids) else ()

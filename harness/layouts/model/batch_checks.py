@@ -79,8 +79,7 @@ class Pallets:
         """How far every item stands out of its contour [cm], negative inside, shape (N,)."""
         contours = np.array([kind.contour for kind in self.kinds]).reshape(-1, 2, 3)
         low, high = self._of_items(contours, starts).swapaxes(0, 1)
-        out: FloatArray = np.maximum(low - arrays["lower"], arrays["upper"] - high).max(axis=1)
-        return out
+        return _largest(np.maximum(low - arrays["lower"], arrays["upper"] - high))
 
     def floors(self, starts: NDArray[np.int64], arrays: Mapping[str, FloatArray]) -> FloatArray:
         """The floor of every layout, as a batch has it, shape (L, 5)."""
@@ -89,7 +88,7 @@ class Pallets:
         sizes = np.array([(kind.width, kind.depth) for kind in self.kinds])
         low = arrays["lower"][:, _PLAN]
         high = arrays["upper"][:, _PLAN] - self._of_items(sizes, starts)
-        out = np.maximum.reduceat(np.maximum(-low, high).max(axis=1), starts[:-1])
+        out = np.maximum.reduceat(_largest(np.maximum(-low, high)), starts[:-1])
         floors = np.array(
             [[kind.floor_under(overhung=over).corners for over in (False, True)]
              for kind in self.kinds]
@@ -151,7 +150,15 @@ def _valid_items(arrays: Mapping[str, FloatArray]) -> NDArray[np.bool_]:
         & (sizes <= SIDES[1])
         & (np.abs(arrays["mass_offsets"]) <= sizes / 2.0)
     )
-    found: NDArray[np.bool_] = each.all(axis=1) & (weights >= WEIGHTS[0]) & (weights <= WEIGHTS[1])
+    along_all: NDArray[np.bool_] = each[:, 0] & each[:, 1] & each[:, 2]
+    return along_all & (weights >= WEIGHTS[0]) & (weights <= WEIGHTS[1])
+
+
+def _largest(values: FloatArray) -> FloatArray:
+    """The largest value of every row; with a loop a column, since rows are many and short."""
+    found: FloatArray = values[:, 0]
+    for column in values.T[1:]:
+        found = np.maximum(found, column)
     return found
 
 

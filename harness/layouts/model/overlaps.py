@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,17 +55,15 @@ def with_overlaps(
     for k in np.flatnonzero(counts > _SMALL):
         own = slice(starts[k], starts[k + 1])
         found[k] = deepest_overlap(lower[own], upper[own]) is not None
-    ends = [np.ascontiguousarray(corners.T) for corners in (lower, upper)]
     for count, alike in _alike(counts):
-        first, second = _pairs(count)
-        items = starts[alike][:, None] + np.arange(count)
-        deep = np.ones((len(alike), len(first)), dtype=bool)
-        for low, high in zip(*ends, strict=True):
-            begin, end = low[items], high[items]
-            shared = np.minimum(end[:, first], end[:, second])
-            shared -= np.maximum(begin[:, first], begin[:, second])
-            deep &= shared > TOLERANCE
-        found[alike] = deep.any(axis=1)
+        items = starts[alike] + np.arange(count)[:, None]
+        low, high = (
+            np.ascontiguousarray(np.moveaxis(corners[items], 2, 0)) for corners in (lower, upper)
+        )
+        for apart in range(1, count):  # the pairs of items that are so many steps apart
+            shared = np.minimum(high[:, :-apart], high[:, apart:])
+            shared -= np.maximum(low[:, :-apart], low[:, apart:])
+            found[alike] |= (shared > TOLERANCE).all(axis=0).any(axis=0)
     return found
 
 
@@ -78,10 +75,3 @@ def _alike(counts: NDArray[np.int64]) -> Iterator[tuple[int, NDArray[np.int64]]]
             size = max(_PAIRS // (count * count // 2), 1)
             for start in range(0, len(layouts), size):
                 yield count, layouts[start : start + size]
-
-
-@lru_cache(maxsize=_SMALL)
-def _pairs(count: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """All pairs of some items."""
-    first, second = np.triu_indices(count, 1)
-    return first, second
