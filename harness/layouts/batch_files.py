@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+from itertools import chain
 from pathlib import Path
 from typing import Unpack
 
@@ -17,16 +19,22 @@ from steadyload.layouts.formats import (
     detect_format,
     read_layouts,
 )
+from steadyload.layouts.json_batch import batch_of_json
 from steadyload.layouts.model.batch import LayoutBatch
 from steadyload.layouts.model.floor import FloorKind
+
+_BLOCK_BYTES = 64 * 1024
+"""Bytes of a JSON file that are parsed at a time: objects of more leave a processor's caches."""
 
 
 def read_batch(path: str | Path, **reading: Unpack[Reading]) -> LayoutBatch:
     """All layouts of a file as arrays: those of :func:`read_layouts`, to the last bit.
 
-    A CSV file in centimetres and kilograms, with y up, corners as positions, a decimal point and no
-    quotes becomes arrays without an object an item. Every other file, one that is not valid, and
-    one of which gaps are to be closed, is read by :func:`read_layouts` and costs what that costs.
+    Two kinds of files become arrays without an object an item: CSV in centimetres and kilograms,
+    with y up, corners as positions, a decimal point and no quotes; and steadyload JSON that states
+    its format and version first, and the same of all boxes. Every other file, one that is not
+    valid, and one of which gaps are to be closed, is read by :func:`read_layouts` and costs what
+    that costs.
 
     Args:
         path: see :func:`read_layouts`.
@@ -42,19 +50,22 @@ def read_batch(path: str | Path, **reading: Unpack[Reading]) -> LayoutBatch:
 
 
 def _read_plain(path: str | Path, reading: Reading) -> LayoutBatch | None:
-    """The batch of a plain CSV file; None for all others, and for one that is not valid."""
-    if str(path) == STANDARD_INPUT:  # it can be read only once
+    """The batch of a plain file; None for all others, and for one that is not valid."""
+    if not Path(path).is_file() or str(path) == STANDARD_INPUT:  # it can be read only once
         return None
     dialect = reading.get("dialect") or Dialect()
+    overhang, floor = reading.get("overhang"), reading.get("floor")
+    stated = {"overhang": overhang, "floor": None if floor is None else FloorKind.named(floor)}
+    deck = {key: value for key, value in stated.items() if value is not None}
     with opened_source(path) as file:
         head = file.read(HEAD_BYTES)
-        if detect_format(head.decode("utf-8", errors="replace"), dialect) is not Format.CSV:
+        kind = detect_format(head.decode("utf-8", errors="replace"), dialect)
+        if kind is Format.NATIVE and not dialect.stated():
+            return batch_of_json(chain([head], iter(partial(file.read, _BLOCK_BYTES), b"")), deck)
+        if kind is not Format.CSV:
             return None
         try:
             content = read_rest(file, head, MAX_FILE_BYTES)
         except FormatError:
             return None
-    overhang, floor = reading.get("overhang"), reading.get("floor")
-    stated = {"overhang": overhang, "floor": None if floor is None else FloorKind.named(floor)}
-    deck = {key: value for key, value in stated.items() if value is not None}
     return batch_of_csv(content, dialect, deck, source_name(path))

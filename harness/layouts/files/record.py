@@ -66,14 +66,18 @@ def to_layout(
     Raises:
         LayoutError: a value is missing, of the wrong type, or not allowed.
     """
-    pallet = Pallet(
-        *(_number(record.pallet, key, "pallet ", SideName(k)) for k, key in enumerate(_SIDES))
-    )
-    given = {"overhang": overhang, "floor": floor}
-    deck = _deck(record.pallet) | {k: v for k, v in given.items() if v is not None}
-    if deck:
-        pallet = replace(pallet, **deck)
+    pallet = to_pallet(record.pallet, overhang=overhang, floor=floor)
     return Layout(record.name, pallet, tuple(_item(v, i) for i, v in enumerate(record.items)))
+
+
+def to_pallet(
+    values: Mapping[str, Any], *, overhang: float | None = None, floor: FloorKind | None = None
+) -> Pallet:
+    """Validate the pallet of a record, see :func:`to_layout`."""
+    pallet = Pallet(*(_number(values, key, "pallet ", SideName(k)) for k, key in enumerate(_SIDES)))
+    given = {"overhang": overhang, "floor": floor}
+    deck = _deck(values) | {k: v for k, v in given.items() if v is not None}
+    return replace(pallet, **deck) if deck else pallet
 
 
 def _deck(values: Mapping[str, Any]) -> dict[str, Any]:
