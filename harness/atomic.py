@@ -77,13 +77,13 @@ def without_link(path: Path) -> Path:
 
 
 def write_atomically(
-    path: Path, content: str | bytes | Iterable[str], *, follow: bool = False
+    path: Path, content: str | bytes | Iterable[str] | Iterable[bytes], *, follow: bool = False
 ) -> None:
     """Write ``content`` to ``path`` under another name first, then rename it into place.
 
     Args:
         path: the file. A link gives way to the file; what it points to stays as it is.
-        content: what is to stand in it; texts that follow each other are asked for in turn.
+        content: what is to stand in it; parts that follow each other are asked for in turn.
         follow: for a file that a user names: a link is followed, and what is not a regular file
             (a device, a pipe) is written to as it is.
 
@@ -91,7 +91,7 @@ def write_atomically(
         OSError: names ``path``; the folder does not exist or cannot be written to.
     """
     whole = content.encode() if isinstance(content, str) else content
-    parts = [whole] if isinstance(whole, bytes) else (text.encode() for text in whole)
+    parts = [whole] if isinstance(whole, bytes) else map(_encoded, whole)
     try:
         target = path.resolve() if follow else path
         if follow and target.exists() and not target.is_file():
@@ -101,6 +101,10 @@ def write_atomically(
         _replace(target, parts)
     except OSError as error:
         raise type(error)(error.errno, error.strerror, str(path)) from None
+
+
+def _encoded(part: str | bytes) -> bytes:
+    return part.encode() if isinstance(part, str) else part
 
 
 def clear_unfinished(folder: Path, name: str) -> None:

@@ -375,6 +375,7 @@ def test_progress_is_defined_once():
 
 FREE = {
     "reading": "the one place",
+    "layouts.files.parquet_rows": "an open layout file, after its size and footer were looked at",
     "layouts.files.sources": "a layout file, a pipe, standard input, as far as its format allows",
     "studies.kept_rows": "an archive in memory",
     "runs.store": "the lock of a folder, of which nothing is read",

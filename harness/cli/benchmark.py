@@ -89,8 +89,9 @@ class Export:
     )  # fmt: skip
     limit: int | None = option(None, "only the first N of every scenario", least=1)
     to: str | None = option(
-        None, "format of the output (default: csv for *.csv, native for *.json)", choices=WRITABLE
-    )
+        None, "format of the output (default: csv for *.csv, native for *.json, parquet for "
+        "*.parquet)", choices=WRITABLE,
+    )  # fmt: skip
     output: Path = output_option(REQUIRED, "the file that is written")
 
     def run(self) -> None:

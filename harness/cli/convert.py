@@ -10,10 +10,10 @@ from steadyload.cli.interrupts import working
 from steadyload.cli.reading import Files, check_output
 from steadyload.config import REQUIRED, option, output_option
 
-WRITABLE = ("native", "csv", "job")
+WRITABLE = ("native", "csv", "job", "parquet")
 """Formats that can be written."""
 
-_ENDINGS = {".csv": "csv", ".json": "native", "": "native"}
+_ENDINGS = {".csv": "csv", ".json": "native", ".parquet": "parquet", "": "native"}
 """Suffix of an output -> the format that is meant by it."""
 
 
@@ -28,8 +28,8 @@ def output_format(output: Path, named: str | None) -> str:
     suffix = output.suffix.lower()
     if suffix not in _ENDINGS:
         raise UsageError(
-            f"--output: {str(output)!r} ends with {suffix!r}; allowed: .csv, .json, or --to with "
-            f"one of {', '.join(WRITABLE)}"
+            f"--output: {str(output)!r} ends with {suffix!r}; allowed: .csv, .json, .parquet, or "
+            f"--to with one of {', '.join(WRITABLE)}"
         )
     return _ENDINGS[suffix]
 
@@ -40,8 +40,9 @@ class Convert(Files):
 
     output: Path = output_option(REQUIRED, "the file that is written")
     to: str | None = option(
-        None, "format of the output (default: csv for *.csv, native for *.json)", choices=WRITABLE
-    )
+        None, "format of the output (default: csv for *.csv, native for *.json, parquet for "
+        "*.parquet)", choices=WRITABLE,
+    )  # fmt: skip
 
     def run(self) -> None:
         """Read all files, and write their layouts."""

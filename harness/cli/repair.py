@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 STAND, SOME_FAIL, BAD_INPUT, NOT_JUDGED = 0, 1, 2, 3
 """Exit statuses; of several the worse one: bad input, then a plan that does not stand."""
 
-_ENDINGS = {"native": ".json", "csv": ".csv", "job": ".json"}
+_ENDINGS = {"native": ".json", "csv": ".csv", "job": ".json", "parquet": ".parquet"}
 """Format that is written -> the ending of a file in a folder."""
 
 

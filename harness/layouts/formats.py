@@ -1,4 +1,4 @@
-"""Layout files: one reader per format, picked by the file's content; writers for three of them.
+"""Layout files: one reader per format, picked by the file's content; writers for four of them.
 
 Every reader turns its file into plain records (name, pallet, items as mappings of named values) and
 one function turns records into validated layouts, so that all formats complain alike. The formats
@@ -9,19 +9,25 @@ from __future__ import annotations
 
 import io
 import logging
-from collections.abc import Callable, Container, Iterable, Iterator
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping
 from enum import StrEnum
 from functools import partial
 from itertools import chain
 from pathlib import Path
-from typing import BinaryIO, TypedDict, Unpack
+from typing import Any, BinaryIO, TypedDict, Unpack
 
 from steadyload.atomic import write_atomically
 from steadyload.layouts.files.csv_reader import is_csv, read_csv
 from steadyload.layouts.files.dialect import Dialect
 from steadyload.layouts.files.limits import MAX_FILE_BYTES, MAX_VALUE_LENGTH, MAX_YAML_BYTES
 from steadyload.layouts.files.record import FormatError, Record, Refused, to_layout
-from steadyload.layouts.files.sources import decoded, opened_source, read_rest, source_name
+from steadyload.layouts.files.sources import (
+    decoded,
+    opened_source,
+    read_rest,
+    seekable,
+    source_name,
+)
 from steadyload.layouts.model.floor import FloorKind
 from steadyload.layouts.model.frame import Frame
 from steadyload.layouts.model.layout import Layout, LayoutError
@@ -40,6 +46,10 @@ HEAD_BYTES = 64 * 1024
 """Bytes of a file by which its format is told."""
 
 _CHUNK_BYTES = 256 * 1024
+
+_PARQUET = b"PAR1"
+"""The first bytes of a Parquet file. What reads and writes these is imported where there is one:
+pyarrow takes longer to import than all other formats."""
 
 _OTHERS = {
     b"\x1f\x8b": "compressed (gzip)",
@@ -60,6 +70,7 @@ class Format(StrEnum):
     JOB = "job"
     ACLPP = "aclpp"
     PACKINGSOLVER = "packingsolver"
+    PARQUET = "parquet"
 
 
 class Reading(TypedDict, total=False):
@@ -115,17 +126,19 @@ def scan_layouts(path: str | Path, **reading: Unpack[Reading]) -> Iterator[Layou
     kind = None if floor is None else FloorKind.named(floor)
     dialect = reading.get("dialect") or _PLAIN
     frame = Frame.of(dialect)
+    stated = {"overhang": reading.get("overhang"), "floor": kind}
+    deck: dict[str, Any] = {key: value for key, value in stated.items() if value is not None}
     names: set[str] = set()
     doubt = ""
     try:
-        for record in _records(path, dialect):
+        for record in _entries(path, dialect, deck):
             if record.name in names:
                 raise FormatError(_TWICE, layout=record.name)
             names.add(record.name)
             try:
                 if isinstance(record, Refused):
                     raise record.error
-                layout = to_layout(record, overhang=reading.get("overhang"), floor=kind)
+                layout = record if isinstance(record, Layout) else to_layout(record, **deck)
                 if not doubt:
                     doubt = implausible(layout, frame)
                     if doubt:
@@ -157,15 +170,30 @@ def detect_format(head: str, dialect: Dialect | None = None) -> Format | None:
     return Format.CSV if is_csv(first, dialect or _PLAIN) else None
 
 
+def is_parquet(head: bytes) -> bool:
+    """True for the first bytes of a Parquet file."""
+    return head.startswith(_PARQUET)
+
+
 def _other(head: bytes) -> str:
     """The kind, in words, of a file that is in no format of ours."""
     told = (kind for start, kind in _OTHERS.items() if head.startswith(start))
     return next(told, "in no known format")
 
 
-def _records(path: str | Path, dialect: Dialect) -> Iterator[Record | Refused]:
+def _entries(
+    path: str | Path, dialect: Dialect, deck: Mapping[str, Any]
+) -> Iterator[Layout | Record | Refused]:
+    """What a file holds, checked where its format is checked many layouts at a time."""
     with opened_source(path) as file:
-        yield from records_of(file, dialect, source_name(path))
+        head = file.read(HEAD_BYTES)
+        if is_parquet(head):
+            from steadyload.layouts.parquet_reader import read_parquet
+
+            _refuse_dialect(dialect)
+            yield from read_parquet(seekable(file, head), deck)
+        else:
+            yield from _records(head, file, dialect, source_name(path))
 
 
 def records_of(file: BinaryIO, dialect: Dialect, name: str | None) -> Iterator[Record | Refused]:
@@ -179,7 +207,12 @@ def records_of(file: BinaryIO, dialect: Dialect, name: str | None) -> Iterator[R
     Raises:
         FormatError: the file is in no known format, or is cut off.
     """
-    head = file.read(HEAD_BYTES)
+    yield from _records(file.read(HEAD_BYTES), file, dialect, name)
+
+
+def _records(
+    head: bytes, file: BinaryIO, dialect: Dialect, name: str | None
+) -> Iterator[Record | Refused]:
     text = head.decode("utf-8", errors="replace")
     kind = detect_format(text, dialect) if b"\0" not in head else None
     if not head:
@@ -188,14 +221,11 @@ def records_of(file: BinaryIO, dialect: Dialect, name: str | None) -> Iterator[R
         raise FormatError(
             f"is {_other(head)}; allowed: steadyload JSON, CSV with a header line (columns "
             "of your own are named with --columns or in a profile), job JSON with 'ulds', "
-            "ACLPP schedule YAML, a certificate of PackingSolver, JSON of Packvium"
+            "ACLPP schedule YAML, a certificate of PackingSolver, JSON of Packvium, Parquet with "
+            "a row a layout"
         )
-    if kind not in (Format.CSV, Format.PACKINGSOLVER) and dialect.stated():
-        raise FormatError(
-            f"is no CSV file; {' and '.join(dialect.stated())} can be stated of CSV files "
-            "only, and units of certificates of PackingSolver, since other formats have units "
-            "and axes of their own"
-        )
+    if kind not in (Format.CSV, Format.PACKINGSOLVER):
+        _refuse_dialect(dialect)
     if kind is Format.NATIVE:
         yield from read_json(chain([head], iter(partial(file.read, _CHUNK_BYTES), b"")))
         return
@@ -212,15 +242,24 @@ def records_of(file: BinaryIO, dialect: Dialect, name: str | None) -> Iterator[R
         yield from read_aclpp(text)
 
 
+def _refuse_dialect(dialect: Dialect) -> None:
+    if dialect.stated():
+        raise FormatError(
+            f"is no CSV file; {' and '.join(dialect.stated())} can be stated of CSV files "
+            "only, and units of certificates of PackingSolver, since other formats have units "
+            "and axes of their own"
+        )
+
+
 def write_layouts(path: str | Path, layouts: Iterable[Layout], kind: Format) -> None:
     """Write layouts to one file, whole or not at all. Reading it back gives equal layouts.
 
-    Those of a native file are asked for one by one.
+    Those of a native file are asked for one by one, those of a Parquet file in groups.
 
     Raises:
         FormatError: two layouts have the same name; or a pallet has more than a size, for which
-            the native format alone has a place; or ``kind`` is one that is only read, such as ACLPP
-            YAML, which has no place for pallet sizes and centres of mass.
+            native and Parquet files alone have a place; or ``kind`` is one that is only read, such
+            as ACLPP YAML, which has no place for pallet sizes and centres of mass.
         OSError: the file cannot be written.
     """
     if kind not in _WRITERS:
@@ -260,8 +299,15 @@ def read_written(path: str | Path, names: Container[str] | None = None) -> Itera
         raise error.located(file=str(path)) from None
 
 
-_WRITERS: dict[Format, Callable[[Iterable[Layout]], str | Iterator[str]]] = {
+def _as_parquet(layouts: Iterable[Layout]) -> Iterator[bytes]:
+    from steadyload.layouts.files.parquet_layouts import as_parquet
+
+    yield from as_parquet(layouts)
+
+
+_WRITERS: dict[Format, Callable[[Iterable[Layout]], str | Iterator[str] | Iterator[bytes]]] = {
     Format.NATIVE: as_native,
     Format.CSV: as_csv,
     Format.JOB: as_job,
+    Format.PARQUET: _as_parquet,
 }

@@ -6,7 +6,7 @@ import signal
 import struct
 import tempfile
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from importlib import resources
 from itertools import islice
@@ -25,6 +25,7 @@ from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.benchmark import tables
 from steadyload.layouts.benchmark.dataset import load_benchmark, row_of
 from steadyload.layouts.files.dialect import load_profile
+from steadyload.layouts.files.parquet_layouts import as_parquet
 from steadyload.layouts.files.record import Refused
 from steadyload.layouts.formats import Format as LayoutFormat
 from steadyload.layouts.formats import scan_layouts
@@ -223,6 +224,14 @@ def read_layout_file(path):
     for entry in scan_layouts(path):
         refused = entry.error if isinstance(entry, Refused) else refused
     return refused
+
+
+@cache
+def _layout_table(max_load=None):
+    """Layouts as rows, which become a batch, or records where they state loads."""
+    first, second = layouts()
+    limited = replace(second.items[0], max_load=max_load)
+    return b"".join(as_parquet([first, Layout(second.name, second.pallet, (limited,))]))
 
 
 @cache
@@ -452,6 +461,7 @@ def _files():
         (ACLPP, read_layout_file),
         (CERTIFICATE, read_layout_file),
         (_packvium(), read_layout_file),
+        (_layout_table(), read_layout_file),
         (STUDY, read_study),
         (PROFILE, lambda path: nothing(load_profile(path))),
         (CONFIG, lambda path: nothing(read_config(path, Configured))),
@@ -487,6 +497,10 @@ FORMATS = {
     LayoutFormat.ACLPP.value: Format(lambda: [ACLPP], read_layout_file),
     LayoutFormat.PACKINGSOLVER.value: Format(lambda: [CERTIFICATE], read_certificate_in_python),
     "packvium": Format(lambda: [_packvium()], read_packvium_in_python, mutated_json),
+    LayoutFormat.PARQUET.value: Format(
+        lambda: [_layout_table(), _layout_table(max_load=7.0)], read_layout_file,
+        parquet.mutated_table,
+    ),
     "repaired": Format(
         doors.failing_plans, doors.repair_file,
         lambda file, draw: (mutated_json if file[:1] == b"{" else mutated)(file, draw),
@@ -588,7 +602,8 @@ FORMATS = {
 """Formats by name."""
 
 COSTLY = (
-    "motion-table", "shard", "run-manifest", "labelled-tables", "labelled-manifest", "plan",
+    LayoutFormat.PARQUET.value, "motion-table", "shard", "run-manifest", "labelled-tables",
+    "labelled-manifest", "plan",
     "archive", "sparse", "device", "repaired",
 )  # fmt: skip
 """Those of which an input takes milliseconds."""

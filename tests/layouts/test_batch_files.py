@@ -178,7 +178,7 @@ def test_choices_in_reading_hold(tmp_path, reading):
     assert_read_alike(write(tmp_path / "file.csv", PLAIN), **reading)
 
 
-@pytest.mark.parametrize("kind", [Format.NATIVE, Format.CSV, Format.JOB])
+@pytest.mark.parametrize("kind", [Format.NATIVE, Format.CSV, Format.JOB, Format.PARQUET])
 def test_every_format_is_read(tmp_path, kind):
     layouts = [layout.renamed(f"L{k}") for k, layout in enumerate(random_layouts(30, seed=3))]
     write_layouts(tmp_path / "file", layouts, kind)

@@ -118,7 +118,7 @@ def labels(path):
         return list(csv.DictReader(file))
 
 
-@pytest.mark.parametrize("kind", [Format.NATIVE, Format.CSV, Format.JOB])
+@pytest.mark.parametrize("kind", [Format.NATIVE, Format.CSV, Format.JOB, Format.PARQUET])
 def test_exported_cases_come_back_as_they_were(folder, tmp_path, kind):
     benchmark = load_benchmark(folder)
     path = tmp_path / "cases.file"

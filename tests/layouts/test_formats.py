@@ -125,7 +125,7 @@ def write(path, content):
     return path
 
 
-@pytest.mark.parametrize("kind", [Format.NATIVE, Format.CSV, Format.JOB])
+@pytest.mark.parametrize("kind", [Format.NATIVE, Format.CSV, Format.JOB, Format.PARQUET])
 def test_a_round_trip_is_exact(tmp_path, layouts, kind):
     if kind is Format.JOB:
         layouts = layouts[:1]
@@ -167,7 +167,7 @@ def test_a_format_without_a_place_for_a_deck_is_not_written(tmp_path, decked, ki
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize("kind", [Format.NATIVE, Format.CSV, Format.JOB])
+@pytest.mark.parametrize("kind", [Format.NATIVE, Format.CSV, Format.JOB, Format.PARQUET])
 def test_an_overhanging_layout_is_read_as_it_was_written(tmp_path, kind):
     over = Layout("A", Pallet(50.0, 50.0, 50.0), (Item(0, (-9.0, 0, 0), (20.0, 9.0, 9.0), 1.0),))
     write_layouts(tmp_path / "file", [over], kind)
@@ -414,9 +414,10 @@ def test_a_name_that_stands_twice_is_refused(tmp_path):
         read_layouts(write(tmp_path / "two.json", content))
 
 
-def test_equal_names_are_not_written(tmp_path, layouts):
+@pytest.mark.parametrize("kind", [Format.NATIVE, Format.PARQUET])
+def test_equal_names_are_not_written(tmp_path, layouts, kind):
     with pytest.raises(FormatError, match="two of the layouts to write have this name"):
-        write_layouts(tmp_path / "x", [layouts[0], layouts[0]], Format.NATIVE)
+        write_layouts(tmp_path / "x", [layouts[0], layouts[0]], kind)
     assert not list(tmp_path.iterdir())
 
 

@@ -23,7 +23,7 @@ def limits(layout):
     return [item.max_load for item in layout.items]
 
 
-@pytest.mark.parametrize("kind", [Format.NATIVE, Format.CSV])
+@pytest.mark.parametrize("kind", [Format.NATIVE, Format.CSV, Format.PARQUET])
 def test_limits_are_written_and_read(kind, tmp_path):
     file = tmp_path / "file"
     write_layouts(file, [LAYOUT], kind)

@@ -12,7 +12,14 @@ MAX_FILE_BYTES = 256 * 1024**2
 """Bytes of a file, of a pipe and of standard input."""
 
 MAX_STREAM_BYTES = 4 * 1024**3
-"""Bytes of a file of which one layout at a time is held in memory."""
+"""Bytes of a file of which one layout, or one row group, at a time is held in memory."""
+
+MAX_GROUP_VALUES = 32 * 1024**2
+"""Values of a row group of a Parquet file, those in lists among them."""
+
+MAX_FOOTER_BYTES = 1024**2
+"""Bytes of the footer of a Parquet file, which states where each column of each group lies: one of
+a million layouts, 10,000 a group, has some 300 KiB."""
 
 MAX_VALUE_LENGTH = 4 * 1024**2
 """Characters of such a layout, before anything is built of them."""

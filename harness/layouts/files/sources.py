@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import sys
 from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, contextmanager
@@ -10,6 +11,7 @@ from typing import BinaryIO
 
 from steadyload.errors import UserError
 from steadyload.escaping import sentence
+from steadyload.layouts.files.limits import MAX_FILE_BYTES, MAX_STREAM_BYTES
 from steadyload.layouts.files.record import FormatError
 from steadyload.reading import naming, size_of
 
@@ -85,8 +87,30 @@ def read_rest(file: BinaryIO, head: bytes, cap: int) -> bytearray:
         content += chunk
         size = max(size, len(content))
     if size > cap:
-        raise FormatError(f"is too large; allowed for this format: {cap // 1024**2} MiB")
+        raise _too_large(cap)
     return content
+
+
+def seekable(file: BinaryIO, head: bytes) -> BinaryIO:
+    """A file of which the head has been read, as one that can be read at any place.
+
+    A pipe is read into memory, up to :data:`MAX_FILE_BYTES`.
+
+    Raises:
+        FormatError: it has more bytes than are read.
+    """
+    if file.seekable():
+        if size_of(file) > MAX_STREAM_BYTES:
+            raise _too_large(MAX_STREAM_BYTES)
+        return file
+    content = head + file.read(MAX_FILE_BYTES + 1 - len(head))
+    if len(content) > MAX_FILE_BYTES:
+        raise _too_large(MAX_FILE_BYTES)
+    return io.BytesIO(content)
+
+
+def _too_large(cap: int) -> FormatError:
+    return FormatError(f"is too large; allowed for this format: {cap // 1024**2} MiB")
 
 
 def decoded(content: bytes | bytearray, before: int = 0) -> str:

@@ -187,6 +187,13 @@ class Layout(ShownInNotebook):
         names = tuple(item.name for item in self.items)
         return names if any(names) else ()
 
+    @property
+    def max_loads(self) -> tuple[float | None, ...]:
+        """Loads that the items may bear [kg], in loading order; none where no item states one."""
+        # A view on a batch, which has no place for them, makes no items for this.
+        loads = tuple(item.max_load for item in vars(self).get("items", ()))
+        return loads if any(load is not None for load in loads) else ()
+
     def __len__(self) -> int:
         return len(self.weights)
 

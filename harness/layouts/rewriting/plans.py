@@ -11,7 +11,7 @@ from steadyload.atomic import write_atomically
 from steadyload.layouts.files.dialect import Dialect
 from steadyload.layouts.files.record import FormatError, Record, Refused, shown
 from steadyload.layouts.files.sources import decoded, opened_source
-from steadyload.layouts.formats import HEAD_BYTES, Format, detect_format, records_of
+from steadyload.layouts.formats import HEAD_BYTES, Format, detect_format, is_parquet, records_of
 from steadyload.layouts.model.frame import Frame
 from steadyload.layouts.model.layout import Item, LayoutError, Vector
 from steadyload.layouts.rewriting.csv_text import certificate_edits, csv_edits
@@ -73,6 +73,11 @@ def rewrite(
 
 
 def _rewritten(content: bytes, changed: Mapping[str, Replanned], dialect: Dialect) -> bytes:
+    if is_parquet(content):
+        raise FormatError(
+            "is a Parquet file, which has no text to change; allowed: another file, in a format "
+            "that is named, such as parquet or native"
+        )
     records = list(records_of(io.BytesIO(content), dialect, None))
     valid = {record.name: record for record in records if isinstance(record, Record)}
     for name in changed:
