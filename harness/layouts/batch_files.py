@@ -45,12 +45,12 @@ def read_batch(path: str | Path, **reading: Unpack[Reading]) -> LayoutBatch:
         FloorError: likewise.
         OSError: the file cannot be read.
     """
-    found = None if reading.get("snap_gap") else _read_plain(path, reading)
+    found = None if reading.get("snap_gap") else plain_batch(path, reading)
     return LayoutBatch.of(read_layouts(path, **reading)) if found is None else found
 
 
-def _read_plain(path: str | Path, reading: Reading) -> LayoutBatch | None:
-    """The batch of a plain file; None for all others, and for one that is not valid."""
+def plain_batch(path: str | Path, reading: Reading) -> LayoutBatch | None:
+    """The batch of a file of which :func:`read_batch` makes no object an item; None for others."""
     if not Path(path).is_file() or str(path) == STANDARD_INPUT:  # it can be read only once
         return None
     dialect = reading.get("dialect") or Dialect()

@@ -12,6 +12,7 @@ from importlib import resources
 from itertools import islice
 from pathlib import Path
 
+import batches
 import doors
 import numpy as np
 import pandas as pd
@@ -493,6 +494,17 @@ FORMATS = {
     ),
     "tab-separated": Format(
         lambda: [as_csv(layouts()[:1]).replace(",", "\t").encode()], read_layout_file
+    ),
+    "native-batch": Format(
+        lambda: ["".join(as_native(layouts())).encode()], batches.read_json_alike,
+        batches.rewritten(mutated),
+    ),
+    "csv-batch": Format(
+        lambda: [
+            as_csv(layouts()).replace('"B, two"', "B").encode(),
+            as_csv(layouts()[:1]).replace(",", ";").encode(),
+        ],
+        batches.read_alike,
     ),
     LayoutFormat.ACLPP.value: Format(lambda: [ACLPP], read_layout_file),
     LayoutFormat.PACKINGSOLVER.value: Format(lambda: [CERTIFICATE], read_certificate_in_python),
