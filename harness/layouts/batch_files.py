@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from functools import partial
 from itertools import chain
 from pathlib import Path
@@ -22,6 +23,9 @@ from steadyload.layouts.formats import (
 from steadyload.layouts.json_batch import batch_of_json
 from steadyload.layouts.model.batch import LayoutBatch
 from steadyload.layouts.model.floor import FloorKind
+from steadyload.layouts.model.plausibility import implausible_among
+
+_log = logging.getLogger("steadyload")
 
 _BLOCK_BYTES = 64 * 1024
 """Bytes of a JSON file that are parsed at a time: objects of more leave a processor's caches."""
@@ -46,7 +50,11 @@ def read_batch(path: str | Path, **reading: Unpack[Reading]) -> LayoutBatch:
         OSError: the file cannot be read.
     """
     found = None if reading.get("snap_gap") else plain_batch(path, reading)
-    return LayoutBatch.of(read_layouts(path, **reading)) if found is None else found
+    if found is None:
+        return LayoutBatch.of(read_layouts(path, **reading))
+    if doubt := implausible_among(found):
+        _log.warning("%s: %s", source_name(path), doubt)
+    return found
 
 
 def plain_batch(path: str | Path, reading: Reading) -> LayoutBatch | None:

@@ -3,15 +3,16 @@
 import logging
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from steadyload.app.viewing import pick_layouts
 from steadyload.cli import main
-from steadyload.layouts.batch_files import read_batch
+from steadyload.layouts.batch_files import plain_batch, read_batch
 from steadyload.layouts.benchmark.dataset import load_benchmark
 from steadyload.layouts.benchmark.parts import SETS
 from steadyload.layouts.files.dialect import Dialect
-from steadyload.layouts.formats import scan_layouts
+from steadyload.layouts.formats import Format, read_layouts, scan_layouts, write_layouts
 from steadyload.layouts.model.layout import Item, Layout, Pallet
 from steadyload.layouts.model.plausibility import implausible
 
@@ -74,6 +75,32 @@ def test_no_real_file_is_spoken_of(pattern, caplog):
     for file in files[:6]:
         assert any(isinstance(entry, Layout) for entry in scan_layouts(file))
     assert caplog.messages == []
+
+
+@pytest.mark.parametrize("kind", [Format.CSV, Format.NATIVE])
+@pytest.mark.parametrize(
+    "layouts",
+    [
+        [pallet()],
+        [pallet(), pallet(weight=6500), pallet(scale=10)],
+        [pallet(), pallet(scale=10), pallet(weight=6500)],
+        [pallet(scale=0.01), pallet()],
+        [pallet(scale=0.01, weight=1e-5)],
+        [pallet(), pallet(weight=0.0065)],
+        [pallet(weight=weight) for weight in np.linspace(0.0541, 0.0539, 20)],
+        [pallet(weight=weight) for weight in np.linspace(432.1, 431.9, 20)],
+    ],
+)
+def test_a_batch_warns_as_layouts_do(layouts, kind, tmp_path, caplog):
+    named = [layout.renamed(f"PAL-{k}") for k, layout in enumerate(layouts)]
+    write_layouts(tmp_path / "file", named, kind)
+    assert plain_batch(tmp_path / "file", {}) is not None
+    read_batch(tmp_path / "file")
+    found = list(caplog.messages)
+    caplog.clear()
+    read_layouts(tmp_path / "file")
+    assert found == caplog.messages
+    assert len(found) == (len(layouts) > 1 or layouts[0].pallet.width < 10)
 
 
 @pytest.fixture

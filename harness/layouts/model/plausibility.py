@@ -11,6 +11,7 @@ from decimal import Decimal
 import numpy as np
 
 from steadyload.escaping import printable
+from steadyload.layouts.model.batch import LayoutBatch
 from steadyload.layouts.model.checks import SHOWN
 from steadyload.layouts.model.frame import Frame
 from steadyload.layouts.model.layout import Layout
@@ -22,6 +23,7 @@ WIDEST, SHORTEST = 400.0, 10.0
 """Longest plausible shorter side, and shortest plausible longer side, of a deck [cm]."""
 
 _LITRE = 1000.0
+_ROUNDING = 1e-9
 
 
 def implausible(layout: Layout, frame: Frame | None = None) -> str:
@@ -56,6 +58,25 @@ def implausible(layout: Layout, frame: Frame | None = None) -> str:
         f"{_length(longest, frame)} and {_plain(weight / frame.kg, 4)} {frame.weight} (medians), "
         f"{_plain(density, 2)} kg a litre: did you mean {' and '.join(meant)}?"
     )
+
+
+def implausible_among(batch: LayoutBatch) -> str:
+    """The sentence on the first layout of a batch that is implausible; empty where none is.
+
+    Args:
+        batch: layouts as they were read, of a file in cm and kg, with y up.
+    """
+    volumes = batch.sizes[:, 0] * batch.sizes[:, 1] * batch.sizes[:, 2]
+    weights, volumes = (np.add.reduceat(v, batch.starts[:-1]) for v in (batch.weights, volumes))
+    # Sums in another order may differ in their last digits.
+    density, low, high = weights / volumes * _LITRE, *DENSITIES
+    doubtful = (density < low * (1.0 + _ROUNDING)) | (density > high * (1.0 - _ROUNDING))
+    kinds = {id(pallet): (pallet.width, pallet.depth) for pallet in batch.pallets}
+    odd = {key for key, deck in kinds.items() if min(deck) > WIDEST or max(deck) < SHORTEST}
+    if odd:
+        doubtful |= [id(pallet) in odd for pallet in batch.pallets]
+    told = (implausible(batch[k]) for k in np.flatnonzero(doubtful).tolist())
+    return next(filter(None, told), "")
 
 
 def _length(cm: float, frame: Frame) -> str:
