@@ -184,7 +184,7 @@ def _other(head: bytes) -> str:
 def _entries(
     path: str | Path, dialect: Dialect, deck: Mapping[str, Any]
 ) -> Iterator[Layout | Record | Refused]:
-    """What a file holds, checked where its format is checked many layouts at a time."""
+    """The layouts of a file, checked where its format is checked many layouts at a time."""
     with opened_source(path) as file:
         head = file.read(HEAD_BYTES)
         if is_parquet(head):

@@ -25,7 +25,7 @@ _DAMAGED = "cannot be read as Parquet (its footer is damaged)"
 
 @dataclass(frozen=True, slots=True)
 class Group:
-    """What a footer says of a row group.
+    """The size of a row group, as a footer states it.
 
     Attributes:
         rows: number of rows.

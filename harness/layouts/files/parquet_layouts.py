@@ -149,7 +149,7 @@ class _Sink(io.RawIOBase):
         return self._length
 
     def taken(self) -> bytes:
-        """What was written since the last time."""
+        """The bytes that were written since the last time."""
         parts, self._parts = self._parts, []
         return b"".join(parts)
 

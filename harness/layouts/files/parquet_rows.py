@@ -147,7 +147,7 @@ def _check_length(name: str, column: pa.Array) -> None:
 
 @contextmanager
 def _named_errors() -> Iterator[None]:
-    """What the library says of a file that is none becomes a named error."""
+    """Named errors in the place of those of the library, of a file that is none."""
     try:
         yield
     except LayoutError:
