@@ -262,7 +262,7 @@ def test_an_ending_that_cannot_be_written_is_refused(folder, capsys, name):
     words = ("convert", "wms.csv", "--profile", "wms.toml", "-o", name)
     status, out, err = run(capsys, *words)
     assert (status, out) == (2, "")
-    assert "allowed: .csv, .json, or --to with one of native, csv, job" in err
+    assert "allowed: .csv, .json, .parquet, or --to with one of native, csv, job, parquet\n" in err
     assert not (folder / name).exists()
     assert run(capsys, *words, "--to", "csv")[0] == 0
 
