@@ -1,7 +1,7 @@
 """The footer of a Parquet file, as far as it says how large each row group is.
 
-pyarrow ends the process where it is asked for the sizes of a column whose entry is damaged, so that
-they are read here: the footer is a structure in Thrift's compact protocol.
+pyarrow aborts when it reads the sizes of a column whose entry is damaged, so they are read here.
+The footer is a structure in Thrift's compact protocol.
 """
 
 from __future__ import annotations

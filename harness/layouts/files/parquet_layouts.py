@@ -1,4 +1,4 @@
-"""Parquet files of layouts: a row a layout, in whose lists the items stand in loading order.
+"""Parquet files of layouts: one row for each, with lists of its items in loading order.
 
 With a list a column, a layout is named once and lies in one row, so that a range of rows is a range
 of layouts, and the numbers of a column are one array. Rows are read and written a group at a time:

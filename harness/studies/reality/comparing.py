@@ -148,20 +148,9 @@ class Found:
         return sorted(own, key=lambda one: one.face.value)
 
     @property
-    def near_off(self) -> Sequence[Errors]:
-        """The same by how far rest is off."""
-        return sorted(self.near_best, key=lambda one: one.off_cm.value)
-
-    @property
     def presets(self) -> Sequence[Errors]:
-        """Engines with presets, on the half that is measured, by their right faces."""
-        own = [one.measured for one in self.ways if one.way == Way.PRESET]
-        return sorted(own, key=lambda one: one.face.value)
-
-    @property
-    def presets_off(self) -> Sequence[Errors]:
-        """The same by how far rest is off."""
-        return sorted(self.presets, key=lambda one: one.off_cm.value)
+        """Engines with presets, on the half that is measured."""
+        return [one.measured for one in self.ways if one.way == Way.PRESET]
 
     @property
     def without_restitution(self) -> Sequence[str]:
