@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from piles import top_below
 from scipy.optimize import nnls
@@ -265,6 +265,7 @@ def test_least_squares_are_those_of_scipy():
 
 @settings(max_examples=200, deadline=None)
 @given(seed=st.integers(0, 10**6), bodies=st.integers(1, 12), count=st.integers(1, 60))
+@example(seed=984, bodies=7, count=38)
 def test_least_squares_of_blocks_are_those_of_scipy_whatever_is_likely(seed, bodies, count):
     draw = np.random.default_rng(seed)
     columns, blocks = draw.normal(size=(count, 2, 3)), np.full((count, 2), -1)
@@ -282,11 +283,21 @@ def test_least_squares_of_blocks_are_those_of_scipy_whatever_is_likely(seed, bod
     target = draw.normal(size=3 * bodies)
     likely = np.flatnonzero(draw.random(count) < draw.random())
     found, rest, ended = least_squares_of_blocks(columns, target, blocks, likely)
-    expected, _ = nnls(matrix, target, maxiter=50 * count)
     assert ended
     assert (found >= 0.0).all()
     assert rest == pytest.approx(target - matrix @ found, abs=1e-10)
-    assert rest == pytest.approx(target - matrix @ expected, abs=1e-9)
+    assert is_least(matrix, found, rest)
+    expected, _ = nnls(matrix, target, maxiter=50 * count)
+    of_scipy = target - matrix @ expected
+    # Rarely SciPy ends where it is not: with seed 984, 7 bodies and 38 columns, for one.
+    if is_least(matrix, expected, of_scipy):
+        assert rest == pytest.approx(of_scipy, abs=1e-9)
+
+
+def is_least(matrix, found, rest):
+    """Whether a solution meets the conditions of Karush, Kuhn and Tucker, which no other does."""
+    slope = matrix.T @ rest
+    return slope.max() < 1e-9 and np.abs(slope[found > 0.0]).max(initial=0.0) < 1e-9
 
 
 def test_a_point_is_inside_the_hull_that_qhull_finds():
