@@ -105,6 +105,13 @@ def print_table(
     if names := file_names(files):
         header = ("file", *header)
         rows = [(name, *row) for name, row in zip(names, rows, strict=True)]
+    cells = [tuple(map(printable, row)) for row in rows]
+    # A pipe has no width: its text is never folded.
+    print(_folded(header, cells) if sys.stdout.isatty() else _aligned([tuple(header), *cells]))
+
+
+def _folded(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """A table as wide as the terminal."""
     from rich.console import Console
     from rich.table import Table
 
@@ -112,12 +119,26 @@ def print_table(
     for title in header:
         table.add_column(title, overflow="fold")
     for row in rows:
-        table.add_row(*map(printable, row))
-    # A pipe has no width: its text is never cut.
-    console = Console(highlight=False, markup=False, width=None if sys.stdout.isatty() else 4000)
+        table.add_row(*row)
+    console = Console(highlight=False, markup=False)
     with console.capture() as capture:
         console.print(table)
-    print("\n".join(line.rstrip() for line in capture.get().splitlines()))
+    return "\n".join(line.rstrip() for line in capture.get().splitlines())
+
+
+def _aligned(lines: Sequence[Sequence[str]]) -> str:
+    """A table with a line a row, however long, in a hundredth of the time."""
+    from rich.cells import cell_len
+
+    lengths = [list(map(cell_len, line)) for line in lines]
+    widths = [max(column) for column in zip(*lengths, strict=True)]
+    return "\n".join(
+        "  ".join(
+            text + " " * (width - length)
+            for text, width, length in zip(line, widths, own, strict=True)
+        ).rstrip()
+        for line, own in zip(lines, lengths, strict=True)
+    )
 
 
 def csv_text(records: Sequence[Mapping[str, Any]]) -> str:
