@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Iterator
 from functools import partial
 from itertools import chain
 from pathlib import Path
@@ -11,18 +12,19 @@ from typing import Unpack
 from steadyload.layouts.files.csv_batch import batch_of_csv
 from steadyload.layouts.files.dialect import Dialect
 from steadyload.layouts.files.limits import MAX_FILE_BYTES
-from steadyload.layouts.files.record import FormatError
+from steadyload.layouts.files.record import FormatError, Refused
 from steadyload.layouts.files.sources import STANDARD_INPUT, opened_source, read_rest, source_name
 from steadyload.layouts.formats import (
     HEAD_BYTES,
     Format,
     Reading,
     detect_format,
-    read_layouts,
+    scan_batches,
 )
 from steadyload.layouts.json_batch import batch_of_json
 from steadyload.layouts.model.batch import LayoutBatch
 from steadyload.layouts.model.floor import FloorKind
+from steadyload.layouts.model.layout import Layout
 from steadyload.layouts.model.plausibility import implausible_among
 
 _log = logging.getLogger("steadyload")
@@ -34,11 +36,11 @@ _BLOCK_BYTES = 64 * 1024
 def read_batch(path: str | Path, **reading: Unpack[Reading]) -> LayoutBatch:
     """All layouts of a file as arrays: those of :func:`read_layouts`, to the last bit.
 
-    Two kinds of files become arrays without an object an item: CSV in centimetres and kilograms,
-    with y up, corners as positions, a decimal point and no quotes; and steadyload JSON that states
-    its format and version first, and the same of all boxes. Every other file, one that is not
-    valid, and one of which gaps are to be closed, is read by :func:`read_layouts` and costs what
-    that costs.
+    Three kinds of files become arrays without an object an item: CSV in centimetres and kilograms,
+    with y up, corners as positions, a decimal point and no quotes; steadyload JSON that states
+    its format and version first, and the same of all boxes; and Parquet that states no loads that
+    boxes may bear. Every other file, one that is not valid, and one of which gaps are to be closed,
+    costs what :func:`read_layouts` costs.
 
     Args:
         path: see :func:`read_layouts`.
@@ -51,10 +53,27 @@ def read_batch(path: str | Path, **reading: Unpack[Reading]) -> LayoutBatch:
     """
     found = None if reading.get("snap_gap") else plain_batch(path, reading)
     if found is None:
-        return LayoutBatch.of(read_layouts(path, **reading))
+        return LayoutBatch.joined(list(_batches(path, reading)))
     if doubt := implausible_among(found):
         _log.warning("%s: %s", source_name(path), doubt)
     return found
+
+
+def _batches(path: str | Path, reading: Reading) -> Iterator[LayoutBatch]:
+    """The layouts of a file, those that are objects together."""
+    singles: list[Layout] = []
+    for entry in scan_batches(path, **reading):
+        if isinstance(entry, Refused):
+            raise entry.error
+        if isinstance(entry, Layout):
+            singles.append(entry)
+            continue
+        if singles:
+            yield LayoutBatch.of(singles)
+            singles = []
+        yield entry
+    if singles:
+        yield LayoutBatch.of(singles)
 
 
 def plain_batch(path: str | Path, reading: Reading) -> LayoutBatch | None:

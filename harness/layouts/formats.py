@@ -20,6 +20,7 @@ from steadyload.atomic import write_atomically
 from steadyload.layouts.files.csv_reader import is_csv, read_csv
 from steadyload.layouts.files.dialect import Dialect
 from steadyload.layouts.files.limits import MAX_FILE_BYTES, MAX_VALUE_LENGTH, MAX_YAML_BYTES
+from steadyload.layouts.files.parquet_footer import is_parquet
 from steadyload.layouts.files.record import FormatError, Record, Refused, to_layout
 from steadyload.layouts.files.sources import (
     decoded,
@@ -28,10 +29,12 @@ from steadyload.layouts.files.sources import (
     seekable,
     source_name,
 )
+from steadyload.layouts.model.batch import LayoutBatch
+from steadyload.layouts.model.distinct_names import DistinctNames
 from steadyload.layouts.model.floor import FloorKind
 from steadyload.layouts.model.frame import Frame
 from steadyload.layouts.model.layout import Layout, LayoutError
-from steadyload.layouts.model.plausibility import implausible
+from steadyload.layouts.model.plausibility import implausible, implausible_among
 from steadyload.layouts.model.snapping import snap
 from steadyload.layouts.packers.with_packingsolver import HEADER, read_certificate
 from steadyload.layouts.readers import read_aclpp, read_blocks, read_json
@@ -46,10 +49,6 @@ HEAD_BYTES = 64 * 1024
 """Bytes of a file by which its format is told."""
 
 _CHUNK_BYTES = 256 * 1024
-
-_PARQUET = b"PAR1"
-"""The first bytes of a Parquet file. What reads and writes these is imported where there is one:
-pyarrow takes longer to import than all other formats."""
 
 _OTHERS = {
     b"\x1f\x8b": "compressed (gzip)",
@@ -121,6 +120,14 @@ def scan_layouts(path: str | Path, **reading: Unpack[Reading]) -> Iterator[Layou
     The first layout whose units were probably read wrong is told as a warning of the logger
     ``steadyload``, which the command line prints; see :func:`implausible`.
     """
+    for entry in scan_batches(path, **reading):
+        yield from entry if isinstance(entry, LayoutBatch) else (entry,)
+
+
+def scan_batches(
+    path: str | Path, **reading: Unpack[Reading]
+) -> Iterator[LayoutBatch | Layout | Refused]:
+    """Like :func:`scan_layouts`, but layouts that become arrays at once come as batches."""
     file, floor = source_name(path), reading.get("floor")
     snap_gap = number_within("snap_gap", reading.get("snap_gap") or 0.0, 0.0, unit="[cm]")
     kind = None if floor is None else FloorKind.named(floor)
@@ -128,21 +135,28 @@ def scan_layouts(path: str | Path, **reading: Unpack[Reading]) -> Iterator[Layou
     frame = Frame.of(dialect)
     stated = {"overhang": reading.get("overhang"), "floor": kind}
     deck: dict[str, Any] = {key: value for key, value in stated.items() if value is not None}
-    names: set[str] = set()
+    names = DistinctNames()
     doubt = ""
+
+    def doubted(told: str) -> str:
+        if told:
+            _log.warning("%s: %s", file, told)
+        return told
+
     try:
         for record in _entries(path, dialect, deck):
-            if record.name in names:
-                raise FormatError(_TWICE, layout=record.name)
-            names.add(record.name)
+            own = record.names if isinstance(record, LayoutBatch) else (record.name,)
+            if (again := names.add(own)) is not None:
+                raise FormatError(_TWICE, layout=again)
+            if isinstance(record, LayoutBatch):
+                doubt = doubt or doubted(implausible_among(record))
+                yield from (snap(each, snap_gap) for each in record) if snap_gap else (record,)
+                continue
             try:
                 if isinstance(record, Refused):
                     raise record.error
-                layout = record if isinstance(record, Layout) else to_layout(record, **deck)
-                if not doubt:
-                    doubt = implausible(layout, frame)
-                    if doubt:
-                        _log.warning("%s: %s", file, doubt)
+                layout = to_layout(record, **deck)
+                doubt = doubt or doubted(implausible(layout, frame))
                 yield snap(layout, snap_gap) if snap_gap > 0.0 else layout
             except LayoutError as error:
                 told = error.framed(frame).located(file=file, layout=record.name)
@@ -170,11 +184,6 @@ def detect_format(head: str, dialect: Dialect | None = None) -> Format | None:
     return Format.CSV if is_csv(first, dialect or _PLAIN) else None
 
 
-def is_parquet(head: bytes) -> bool:
-    """True for the first bytes of a Parquet file."""
-    return head.startswith(_PARQUET)
-
-
 def _other(head: bytes) -> str:
     """The kind, in words, of a file that is in no format of ours."""
     told = (kind for start, kind in _OTHERS.items() if head.startswith(start))
@@ -183,11 +192,11 @@ def _other(head: bytes) -> str:
 
 def _entries(
     path: str | Path, dialect: Dialect, deck: Mapping[str, Any]
-) -> Iterator[Layout | Record | Refused]:
-    """The layouts of a file, checked where its format is checked many layouts at a time."""
+) -> Iterator[LayoutBatch | Record | Refused]:
+    """Contents of a file, checked where its format is checked many layouts at a time."""
     with opened_source(path) as file:
         head = file.read(HEAD_BYTES)
-        if is_parquet(head):
+        if is_parquet(head):  # pyarrow takes longer to import than all other formats
             from steadyload.layouts.parquet_reader import read_parquet
 
             _refuse_dialect(dialect)
@@ -279,10 +288,11 @@ def _each_once(layouts: Iterable[Layout]) -> Iterator[Layout]:
 
 
 def read_written(path: str | Path, names: Container[str] | None = None) -> Iterator[Layout]:
-    """The layouts of a native file as :func:`write_layouts` leaves it, however large, in turn.
+    """The layouts of a native or Parquet file as :func:`write_layouts` leaves it, in turn.
 
     Args:
-        path: the file; others of this format may stand in other lines and are not read.
+        path: the file, however large; other native files may stand in other lines, and are not
+            read.
         names: those wanted; None for all.
 
     Raises:
@@ -291,12 +301,27 @@ def read_written(path: str | Path, names: Container[str] | None = None) -> Itera
         OSError: the file cannot be read.
     """
     try:
-        with io.TextIOWrapper(regular(Path(path), MAX_COPY_BYTES), encoding="utf-8") as file:
-            for record in read_blocks(lines_of(file, Path(path), MAX_VALUE_LENGTH)):
-                if names is None or record.name in names:
-                    yield to_layout(record)
+        with regular(Path(path), MAX_COPY_BYTES) as content:
+            head = content.read(HEAD_BYTES)
+            content.seek(0)
+            if is_parquet(head):
+                yield from _written_rows(content, names)
+                return
+            with io.TextIOWrapper(content, encoding="utf-8") as file:
+                for record in read_blocks(lines_of(file, Path(path), MAX_VALUE_LENGTH)):
+                    if names is None or record.name in names:
+                        yield to_layout(record)
     except LayoutError as error:
         raise error.located(file=str(path)) from None
+
+
+def _written_rows(file: BinaryIO, names: Container[str] | None) -> Iterator[Layout]:
+    from steadyload.layouts.parquet_reader import layouts_of, written_groups
+
+    for rows in written_groups(file):
+        for layout in layouts_of(rows):
+            if names is None or layout.name in names:
+                yield layout
 
 
 def _as_parquet(layouts: Iterable[Layout]) -> Iterator[bytes]:

@@ -7,6 +7,7 @@ from typing import Any, BinaryIO
 
 import pyarrow as pa
 import pyarrow.compute as pc
+import pyarrow.parquet as pq
 
 from steadyload.layouts.files.limits import MAX_ITEMS
 from steadyload.layouts.files.parquet_layouts import (
@@ -16,9 +17,12 @@ from steadyload.layouts.files.parquet_layouts import (
     OFFSETS,
     PALLET_SIDES,
     batch_of,
+    loads_of,
+    written_batch,
 )
-from steadyload.layouts.files.parquet_rows import row_batches
+from steadyload.layouts.files.parquet_rows import named_errors, row_batches
 from steadyload.layouts.files.record import DECK_KEYS, FormatError, Record, Refused
+from steadyload.layouts.model.batch import LayoutBatch
 from steadyload.layouts.model.layout import Layout, LayoutError
 
 _LISTS = (*OF_ITEMS, *OFFSETS, IDS, LOADS)
@@ -26,8 +30,9 @@ _LISTS = (*OF_ITEMS, *OFFSETS, IDS, LOADS)
 
 def read_parquet(
     file: BinaryIO, deck: Mapping[str, Any] | None = None
-) -> Iterator[Layout | Record | Refused]:
-    """Layouts of a file, in its order; where rows are not all valid, or state loads, records.
+) -> Iterator[LayoutBatch | Record | Refused]:
+    """Layouts of a file, in its order, in batches; where rows are not all valid, or state loads,
+    records.
 
     Args:
         file: see :func:`row_batches`.
@@ -38,8 +43,34 @@ def read_parquet(
     """
     first = 0
     for rows in row_batches(file):
-        yield from batch_of(rows, deck) or _records(rows, first)
+        batch = batch_of(rows, deck)
+        yield from _records(rows, first) if batch is None else (batch,)
         first += len(rows)
+
+
+def written_groups(file: BinaryIO) -> Iterator[pa.RecordBatch]:
+    """The row groups of a file that was written here, of which nothing is checked again.
+
+    Raises:
+        FormatError: it is damaged.
+    """
+    with named_errors():
+        opened = pq.ParquetFile(file)
+        for group in range(opened.num_row_groups):
+            yield written_group(opened, group)
+
+
+def written_group(file: pq.ParquetFile, group: int) -> pa.RecordBatch:
+    """A row group of such a file."""
+    [rows] = file.read_row_group(group, use_threads=False).combine_chunks().to_batches()
+    return rows
+
+
+def layouts_of(rows: pa.RecordBatch) -> Iterator[Layout]:
+    """The layouts of written rows, with the loads that their items may bear."""
+    batch, loads = written_batch(rows), loads_of(rows)
+    for place, layout in enumerate(batch):
+        yield layout.bearing(loads[place]) if loads and loads[place] else layout
 
 
 def _records(rows: pa.RecordBatch, first: int) -> Iterator[Record | Refused]:

@@ -19,7 +19,8 @@ from steadyload.atomic import write_atomically
 from steadyload.errors import nearest
 from steadyload.escaping import printable, shown
 from steadyload.layouts.files.csv_cells import harmless, unguarded
-from steadyload.layouts.files.parquet_table import TableTooLargeError, table_of
+from steadyload.layouts.files.parquet_footer import is_parquet
+from steadyload.layouts.files.parquet_table import TableTooLargeError, is_text, table_of
 from steadyload.measured.bodies import Body
 from steadyload.measured.csv_rows import csv_rows, number_in, places
 from steadyload.measured.errors import MotionError
@@ -46,11 +47,6 @@ KNOWN = (
 
 MAX_TRIALS, MAX_FRAMES = 100_000, 1_000_000
 """Trials of a file, and frames of all of them: nearly two hours at 148 Hz."""
-
-_PARQUET = b"PAR1"
-
-_TEXTS = (pa.types.is_string, pa.types.is_large_string, pa.types.is_string_view)
-"""Whether a column is of texts: libraries write different ones."""
 
 Given = tuple[FloatArray, NDArray[np.bool_]]
 """Numbers of a column, and whether each is given."""
@@ -81,7 +77,7 @@ def read_motion(
     named, stated = checked_names(columns or {}, constants or {})
     content = content_of(Path(path), MAX_STORED_BYTES)
     try:
-        parse = _of_parquet if content.startswith(_PARQUET) else _of_csv
+        parse = _of_parquet if is_parquet(content) else _of_csv
         names, values = parse(content, named, ignored)
         del content
         for name, value in stated.items():
@@ -196,7 +192,7 @@ def _of_parquet(
     trials = table.column(found.pop("trial"))
     if pa.types.is_dictionary(trials.type):
         trials = trials.cast(trials.type.value_type)
-    if not (any(is_text(trials.type) for is_text in _TEXTS) or pa.types.is_integer(trials.type)):
+    if not (is_text(trials.type) or pa.types.is_integer(trials.type)):
         raise MotionError(f"trial is a column of {trials.type}; allowed: texts or whole numbers")
     try:
         names = ["" if name is None else str(name) for name in trials.to_pylist()]

@@ -49,7 +49,7 @@ def _in_memory(batch):
         key: (values.dtype, values.shape, values.tobytes())
         if isinstance(values, np.ndarray)
         else (values, repr(values))
-        for key, values in vars(batch).items()
+        for key, values in {**vars(batch), "kinds": batch.pallets}.items()
     }
 
 

@@ -56,7 +56,7 @@ def in_memory(found):
         key: (values.dtype, values.shape, values.tobytes())
         if isinstance(values, np.ndarray)
         else (values, repr(values))
-        for key, values in vars(batch).items()
+        for key, values in {**vars(batch), "kinds": batch.pallets}.items()
     }
 
 

@@ -153,8 +153,20 @@ def test_a_file_of_another_program_is_read(tmp_path):
 def test_it_does_not_matter_how_a_table_is_stored(tmp_path, how):
     layouts = drawn(9)
     rows = pa.Table.from_batches([rows_of(LayoutBatch.of(layouts))])
-    found = read_layouts(write(tmp_path / "a", rows, **how))
-    assert bits(LayoutBatch.of(found)) == bits(LayoutBatch.of(layouts))
+    file = write(tmp_path / "a", rows, **how)
+    for found in (LayoutBatch.of(read_layouts(file)), sl.read_batch(file)):
+        assert bits(found) == bits(LayoutBatch.of(layouts))
+
+
+@pytest.mark.parametrize("kind", [pa.large_string(), pa.string_view()])
+def test_texts_may_be_of_every_type(tmp_path, kind):
+    layouts = drawn(9)
+    rows = pa.Table.from_batches([rows_of(LayoutBatch.of(layouts))])
+    place = rows.schema.get_field_index("layout")
+    found = sl.read_batch(
+        write(tmp_path / "a", rows.set_column(place, "layout", rows["layout"].cast(kind)))
+    )
+    assert found.names == tuple(layout.name for layout in layouts)
 
 
 def test_nulls_stand_for_what_is_not_stated(tmp_path):

@@ -15,12 +15,17 @@ from steadyload.layouts.files.record import FormatError
 from steadyload.reading import in_words
 
 _MAGIC = b"PAR1"
-"""The last bytes of a Parquet file."""
+"""The first and the last bytes of a Parquet file."""
 
 _ROW_GROUPS, _COLUMNS, _ROWS, _ABOUT, _VALUES, _SIZE = 4, 1, 3, 3, 5, 6
 """Fields of the structures of a footer: of the file, of a group, of a column, and of its data."""
 
 _DAMAGED = "cannot be read as Parquet (its footer is damaged)"
+
+
+def is_parquet(head: bytes) -> bool:
+    """True for the first bytes of a Parquet file."""
+    return head.startswith(_MAGIC)
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from steadyload.layouts.files.limits import MAX_ITEMS
 from steadyload.layouts.files.record import DECK_KEYS
-from steadyload.layouts.model.batch import LayoutBatch, checked_batch
+from steadyload.layouts.model.batch import LayoutBatch, checked_batch, valid_batch
 from steadyload.layouts.model.batch_checks import Pallets
 from steadyload.layouts.model.layout import FloatArray, Layout, LayoutError, Pallet
 
@@ -65,7 +65,7 @@ def rows_of(batch: LayoutBatch, max_loads: Sequence[Sequence[float | None]] = ()
         max_loads: of each layout the loads that its items may bear [kg], None for an item that
             states none, and none where no item does; none where no layout has some.
     """
-    pallets, starts = Pallets.of(batch.pallets), pa.array(batch.starts.astype(np.int32))
+    pallets, starts = batch.kinds, pa.array(batch.starts.astype(np.int32))
     which = pa.array(pallets.which)
 
     def of_pallets(values: Iterable[Any], kind: pa.DataType) -> pa.Array:
@@ -154,6 +154,12 @@ class _Sink(io.RawIOBase):
         return b"".join(parts)
 
 
+def loads_of(rows: pa.RecordBatch) -> Sequence[Sequence[float | None]]:
+    """The loads that items of written rows may bear, as :func:`rows_of` takes them."""
+    loads = rows.column(LOADS)
+    return () if loads.null_count == len(rows) else [own or () for own in loads.to_pylist()]
+
+
 def batch_of(rows: pa.RecordBatch, deck: Mapping[str, Any] | None = None) -> LayoutBatch | None:
     """The batch of some rows; None where one is not valid, or states loads that items may bear.
 
@@ -161,31 +167,46 @@ def batch_of(rows: pa.RecordBatch, deck: Mapping[str, Any] | None = None) -> Lay
         rows: of :func:`steadyload.layouts.files.parquet_rows.row_batches`.
         deck: what is stated of all pallets, as fields of a pallet, in the place of what rows state.
     """
-    given = dict(zip(rows.schema.names, rows.columns, strict=True))
-    if LOADS in given and given[LOADS].null_count < len(rows):
+    if LOADS in rows.schema.names and rows.column(LOADS).null_count < len(rows):
         return None
     try:
-        starts = _starts(given["x"])
-        if np.diff(starts).max() > MAX_ITEMS:
-            return None
-        values = {key: _flat(given[key], starts) for key in OF_ITEMS}
-        values |= {
-            key: _flat(given[key], starts) if key in given else np.zeros(starts[-1])
-            for key in OFFSETS
-        }
-        x, y, z, width, height, depth, weights = (values[key] for key in OF_ITEMS)
-        return checked_batch(
-            starts,
-            np.stack((x, y, z), axis=1),
-            np.stack((width, height, depth), axis=1),
-            np.array(weights),
-            np.stack([values[key] for key in OFFSETS], axis=1),
-            pallets=_pallets(given, deck or {}),
-            names=_names(given["layout"]),
-            ids=_ids(given[IDS], starts) if IDS in given else (),
-        )
+        starts, *arrays, more = _read(rows, deck or {})
+        return None if np.diff(starts).max() > MAX_ITEMS else checked_batch(starts, *arrays, **more)
     except (LayoutError, ValueError, pa.ArrowException):
         return None
+
+
+def written_batch(rows: pa.RecordBatch) -> LayoutBatch:
+    """The batch of rows that :func:`rows_of` made, which is not checked again."""
+    *arrays, more = _read(rows, {})
+    return valid_batch(*arrays, **more)
+
+
+def _read(rows: pa.RecordBatch, deck: Mapping[str, Any]) -> list[Any]:
+    """Starts and arrays of a batch, and the rest that it is made of, by name.
+
+    Raises:
+        ValueError: something is missing, or lists differ in length.
+        LayoutError: a pallet is not allowed.
+    """
+    given = dict(zip(rows.schema.names, rows.columns, strict=True))
+    starts = _starts(given["x"])
+    values = {key: _flat(given[key], starts) for key in OF_ITEMS}
+    values |= {
+        key: _flat(given[key], starts) if key in given else np.zeros(starts[-1]) for key in OFFSETS
+    }
+    return [
+        starts,
+        np.stack([values[key] for key in OF_ITEMS[:3]], axis=1),
+        np.stack([values[key] for key in OF_ITEMS[3:6]], axis=1),
+        np.array(values["weight"]),
+        np.stack([values[key] for key in OFFSETS], axis=1),
+        {
+            "pallets": _pallets(given, deck),
+            "names": _names(given["layout"]),
+            "ids": _ids(given[IDS], starts) if IDS in given else (),
+        },
+    ]
 
 
 def _starts(column: pa.Array) -> NDArray[np.int64]:
@@ -216,7 +237,9 @@ def _texts(column: pa.Array) -> list[str | None]:
 def _names(column: pa.Array) -> tuple[str, ...]:
     if column.null_count:
         raise ValueError("a name is missing")
-    return tuple(text or "" for text in _texts(column))
+    if pa.types.is_dictionary(column.type):
+        return tuple(text or "" for text in _texts(column))
+    return tuple(column.to_numpy(zero_copy_only=False).tolist())
 
 
 def _ids(column: pa.Array, starts: NDArray[np.int64]) -> tuple[str, ...]:
@@ -244,18 +267,19 @@ def _fitting(own: list[str | None] | None, count: int) -> list[str | None]:
 def _pallets(given: Mapping[str, pa.Array], deck: Mapping[str, Any]) -> Pallets:
     """The pallets of all rows."""
     keys = [key for key in DECK_KEYS if key in given and key not in deck]
-    columns = [_values(given[key]) for key in (*PALLET_SIDES, *keys)]
-    places: dict[tuple[Any, ...], int] = {}
-    which = [places.setdefault(row, len(places)) for row in zip(*columns, strict=True)]
+    columns = [given[key] for key in (*PALLET_SIDES, *keys)]
+    first, which = np.array([0]), np.zeros(len(columns[0]), dtype=np.int64)
+    for column in columns:
+        coded = column if pa.types.is_dictionary(column.type) else column.dictionary_encode()
+        count = len(coded.dictionary) + 1
+        if count > 2 or coded.null_count:  # more than one value
+            places = coded.indices.fill_null(count - 1).to_numpy(zero_copy_only=False)
+            _, first, which = np.unique(
+                which * count + places, return_index=True, return_inverse=True
+            )
     kinds = []
-    for width, height, depth, *stated in places:
+    for row in first.tolist():
+        width, height, depth, *stated = (column[row].as_py() for column in columns)
         told = {k: value for k, value in zip(keys, stated, strict=True) if value is not None}
         kinds.append(Pallet(width, height, depth, **told, **deck))
-    return Pallets(tuple(kinds), np.array(which, dtype=np.int64))
-
-
-def _values(column: pa.Array) -> list[Any]:
-    """Values of a column of texts or numbers."""
-    if not pa.types.is_floating(column.type):
-        return _texts(column)
-    return list(column.to_pylist() if column.null_count else column.to_numpy().tolist())
+    return Pallets(tuple(kinds), which)

@@ -21,6 +21,7 @@ from steadyload.layouts.files.parquet_layouts import (
     SCHEMA,
     TEXT,
 )
+from steadyload.layouts.files.parquet_table import is_text
 from steadyload.layouts.files.record import FormatError
 from steadyload.layouts.model.layout import LayoutError
 from steadyload.reading import MAX_TABLE_BYTES, in_words
@@ -39,7 +40,7 @@ def row_batches(file: BinaryIO) -> Iterator[pa.RecordBatch]:
         FormatError: it is damaged, larger than a limit, or has other columns than layouts.
         OSError: it cannot be read.
     """
-    with _named_errors():
+    with named_errors():
         groups = groups_of(footer_of(file))
         if (count := sum(group.rows for group in groups)) > MAX_LAYOUTS:
             raise FormatError(f"holds {count:,} layouts; allowed: at most {MAX_LAYOUTS:,}")
@@ -90,7 +91,7 @@ def _is_kind(found: pa.DataType, expected: pa.DataType) -> bool:
     if pa.types.is_dictionary(found):
         found = found.value_type
     if expected == TEXT:
-        return bool(pa.types.is_string(found) or pa.types.is_large_string(found))
+        return is_text(found)
     is_float = pa.types.is_float32(found) or pa.types.is_float64(found)
     return bool(is_float or pa.types.is_integer(found))
 
@@ -146,7 +147,7 @@ def _check_length(name: str, column: pa.Array) -> None:
 
 
 @contextmanager
-def _named_errors() -> Iterator[None]:
+def named_errors() -> Iterator[None]:
     """Named errors in the place of those of the library, of a file that is none."""
     try:
         yield

@@ -14,6 +14,12 @@ MAX_TABLE_VALUES = 32 * 1024**2
 """Values of a table, those in lists among them; the largest of the package has two million."""
 
 
+def is_text(kind: pa.DataType) -> bool:
+    """Whether values of a type are texts: libraries write different ones."""
+    kinds = (pa.types.is_string, pa.types.is_large_string, pa.types.is_string_view)
+    return any(one(kind) for one in kinds)
+
+
 class TableTooLargeError(ValueError):
     """A table of more values, or of more text, than is read."""
 

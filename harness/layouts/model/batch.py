@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from hashlib import sha256
+from itertools import pairwise
 from operator import index
 from typing import Any, overload
 
@@ -21,6 +23,9 @@ from steadyload.layouts.model.batch_checks import (
 )
 from steadyload.layouts.model.floor import INFINITE
 from steadyload.layouts.model.layout import ARRAYS, FloatArray, Layout, LayoutError, Pallet, view_on
+
+_HASHED = ("lower", "upper", "weights", "mass_offsets")
+"""Names of the arrays of which :meth:`Layout.content_hash` is."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +45,7 @@ class LayoutBatch:
         floors: of every layout: x0, z0, x1, z1 of what carries, infinite for a plane, and its
             height above the ground, 0 for a plane [cm], shape (L, 5).
         names: of the layouts.
-        pallets: of the layouts.
+        kinds: of pallets, and which of them is whose.
         ids: of all boxes; none where no box has one.
     """
 
@@ -52,7 +57,7 @@ class LayoutBatch:
     mass_offsets: FloatArray
     floors: FloatArray
     names: tuple[str, ...]
-    pallets: tuple[Pallet, ...]
+    kinds: Pallets
     ids: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
@@ -80,7 +85,7 @@ class LayoutBatch:
             np.concatenate([empty, *(layout.mass_offsets for layout in each)]),
             np.array([layout.floor.corners for layout in each]).reshape(-1, 5),
             tuple(layout.name for layout in each),
-            tuple(layout.pallet for layout in each),
+            Pallets.of([layout.pallet for layout in each]),
             tuple(
                 name
                 for own, layout in zip(ids, each, strict=True)
@@ -140,9 +145,58 @@ class LayoutBatch:
             ids=checked_names("ids", boxes, items if len(boxes) else 0),
         )
 
+    @classmethod
+    def joined(cls, batches: Sequence[LayoutBatch]) -> LayoutBatch:
+        """The layouts of one or more batches, one after the other."""
+        if len(batches) == 1:
+            return batches[0]
+        counts = np.concatenate([batch.item_counts for batch in batches])
+        with_ids = any(batch.ids for batch in batches)
+        return cls(
+            np.concatenate(([0], np.cumsum(counts))),
+            **{key: np.concatenate([getattr(b, key) for b in batches]) for key in ARRAYS},
+            floors=np.concatenate([batch.floors for batch in batches]),
+            names=tuple(name for batch in batches for name in batch.names),
+            kinds=Pallets.joined([batch.kinds for batch in batches]),
+            ids=tuple(name for batch in batches for name in batch.ids or [""] * len(batch.weights))
+            if with_ids
+            else (),
+        )
+
     def __len__(self) -> int:
         """Number of layouts."""
         return len(self.floors)
+
+    def fingerprint(self) -> str:
+        """SHA-256 of the names and of what the content hashes are of, as hex digits."""
+        made = sha256("\0".join(self.names).encode())
+        made.update(self.starts.astype("<i8").tobytes())
+        hashed = (getattr(self, key) for key in _HASHED)
+        for values in (*hashed, self.kinds.sizes(), self.floors[:, 4]):
+            made.update(np.ascontiguousarray(values, dtype="<f8").data)
+        return made.hexdigest()
+
+    def content_hashes(self) -> list[str]:
+        """:meth:`Layout.content_hash` of every layout."""
+        counts, each, heights = self.item_counts, np.arange(len(self)), self.floors[:, 4]
+        # What is hashed lies there one layout after the other, each as its own hash takes it.
+        ends = np.cumsum(10 * counts + 3 + (heights > 0.0))
+        packed, at = np.empty(ends[-1] if len(ends) else 0, dtype="<f8"), np.append(0, ends)[:-1]
+        for values in (getattr(self, key) for key in _HASHED):
+            width = values.size // max(len(values), 1)
+            offsets = np.repeat(at - width * self.starts[:-1], width * counts)
+            packed[offsets + np.arange(len(offsets))] = values.ravel()
+            at = at + width * counts
+        packed[at[each, None] + np.arange(3)] = self.kinds.sizes()
+        on_deck = heights > 0.0
+        packed[ends[on_deck] - 1] = heights[on_deck]
+        content, last = memoryview(packed.tobytes()), [0, *(8 * ends).tolist()]
+        return [sha256(content[start:end]).hexdigest() for start, end in pairwise(last)]
+
+    @property
+    def pallets(self) -> tuple[Pallet, ...]:
+        """Of the layouts, one each."""
+        return self.kinds.each
 
     @property
     def item_counts(self) -> NDArray[np.int64]:
@@ -165,7 +219,7 @@ class LayoutBatch:
 
     def _layout(self, k: int) -> Layout:
         own = slice(self.starts[k], self.starts[k + 1])
-        pallet = self.pallets[k]
+        pallet = self.kinds.kinds[self.kinds.which[k]]
         return view_on(
             {key: getattr(self, key)[own] for key in ARRAYS},
             name=self.names[k],
@@ -185,7 +239,7 @@ class LayoutBatch:
             **{key: getattr(self, key)[own] for key in ARRAYS},
             floors=self.floors[each],
             names=self.names[each],
-            pallets=self.pallets[each],
+            kinds=self.kinds[each],
             ids=_stated(self.ids[own]),
         )
 
@@ -223,12 +277,37 @@ def checked_batch(
                 ids=ids[own],
             )
         )
+    return _batch_on(starts, arrays, pallets, names, ids)
+
+
+def valid_batch(
+    starts: NDArray[np.int64],
+    lower: FloatArray,
+    sizes: FloatArray,
+    weights: FloatArray,
+    mass_offsets: FloatArray,
+    *,
+    pallets: Pallets,
+    names: tuple[str, ...],
+    ids: tuple[str, ...] = (),
+) -> LayoutBatch:
+    """As :func:`checked_batch`, of layouts that are known to be valid."""
+    return _batch_on(starts, _arrays(lower, sizes, weights, mass_offsets), pallets, names, ids)
+
+
+def _batch_on(
+    starts: NDArray[np.int64],
+    arrays: dict[str, FloatArray],
+    pallets: Pallets,
+    names: tuple[str, ...],
+    ids: tuple[str, ...],
+) -> LayoutBatch:
     return LayoutBatch(
         starts,
         **arrays,
         floors=pallets.floors(starts, arrays),
         names=names,
-        pallets=pallets.each,
+        kinds=pallets,
         ids=ids,
     )
 

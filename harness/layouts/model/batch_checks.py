@@ -29,9 +29,9 @@ _PLAN = (0, 2)
 """The horizontal axes."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Pallets:
-    """Pallets of many layouts, most of which are the same.
+    """Pallets of many layouts, most of which are the same. Equal: each layout has an equal one.
 
     Attributes:
         kinds: the different ones.
@@ -69,6 +69,35 @@ class Pallets:
             except LayoutError as error:
                 raise error.located(layout=str(which.index(k))) from None
         return cls(tuple(kinds), np.array(which, dtype=np.int64))
+
+    def __post_init__(self) -> None:
+        self.which.setflags(write=False)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Pallets) and self.each == other.each
+
+    def __hash__(self) -> int:
+        return hash(self.each)
+
+    @classmethod
+    def joined(cls, parts: Sequence[Pallets]) -> Pallets:
+        """Those of layouts one after the other."""
+        places: dict[Pallet, int] = {}
+        each = [
+            np.array([places.setdefault(kind, len(places)) for kind in part.kinds], dtype=np.int64)[
+                part.which
+            ]
+            for part in parts
+        ]
+        return cls(tuple(places), np.concatenate(each))
+
+    def __getitem__(self, layouts: slice) -> Pallets:
+        """Those of some of the layouts."""
+        return Pallets(self.kinds, self.which[layouts])
+
+    def sizes(self) -> FloatArray:
+        """Width, height and depth of the pallet of every layout [cm], shape (L, 3)."""
+        return np.array([kind.size for kind in self.kinds]).reshape(-1, 3)[self.which]
 
     @cached_property
     def each(self) -> tuple[Pallet, ...]:

@@ -7,6 +7,7 @@ is that of its own left-bottom-back corner.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Protocol
@@ -248,6 +249,11 @@ class Layout(ShownInNotebook):
         moved = np.array([item.mass_offset for item in items], dtype=float)
         moved.setflags(write=False)
         return self._valid(items=items, mass_offsets=moved)
+
+    def bearing(self, loads: Sequence[float | None]) -> Layout:
+        """The same layout whose items may bear other loads [kg], one an item; None for no limit."""
+        pairs = zip(self.items, loads, strict=True)
+        return self._valid(items=tuple(replace(item, max_load=load) for item, load in pairs))
 
     def geometry_hash(self) -> str:
         """SHA-256 of the items' positions and sizes alone, as hex digits."""

@@ -71,10 +71,9 @@ def implausible_among(batch: LayoutBatch) -> str:
     # Sums in another order may differ in their last digits.
     density, low, high = weights / volumes * _LITRE, *DENSITIES
     doubtful = (density < low * (1.0 + _ROUNDING)) | (density > high * (1.0 - _ROUNDING))
-    kinds = {id(pallet): (pallet.width, pallet.depth) for pallet in batch.pallets}
-    odd = {key for key, deck in kinds.items() if min(deck) > WIDEST or max(deck) < SHORTEST}
-    if odd:
-        doubtful |= [id(pallet) in odd for pallet in batch.pallets]
+    decks = [(kind.width, kind.depth) for kind in batch.kinds.kinds]
+    odd = np.array([min(deck) > WIDEST or max(deck) < SHORTEST for deck in decks], dtype=bool)
+    doubtful |= odd[batch.kinds.which]
     told = (implausible(batch[k]) for k in np.flatnonzero(doubtful).tolist())
     return next(filter(None, told), "")
 

@@ -9,9 +9,10 @@ from pathlib import Path
 
 from steadyload.atomic import write_atomically
 from steadyload.layouts.files.dialect import Dialect
+from steadyload.layouts.files.parquet_footer import is_parquet
 from steadyload.layouts.files.record import FormatError, Record, Refused, shown
 from steadyload.layouts.files.sources import decoded, opened_source
-from steadyload.layouts.formats import HEAD_BYTES, Format, detect_format, is_parquet, records_of
+from steadyload.layouts.formats import HEAD_BYTES, Format, detect_format, records_of
 from steadyload.layouts.model.frame import Frame
 from steadyload.layouts.model.layout import Item, LayoutError, Vector
 from steadyload.layouts.rewriting.csv_text import certificate_edits, csv_edits
