@@ -23,6 +23,8 @@ from steadyload.methods import make_method
 from steadyload.methods.contract.method import Finding, NotBatchedError, Seconds
 from steadyload.methods.contract.spec import parse_spec
 from steadyload.methods.rules.base_support import FullBaseSupport
+from steadyload.methods.threads import evaluate_in_threads
+from steadyload.numbers import NumberError
 from steadyload.statics import balance, kernels
 from steadyload.statics.kernels.constants import BALANCED, UNBALANCED
 from steadyload.statics.kernels.contacts import contacts_of
@@ -121,6 +123,22 @@ def test_threads_that_judge_one_batch_get_equal_answers(name, layouts):
     assert all((each.failing_step == alone).all() for each in found)
 
 
+@pytest.mark.parametrize("name", BATCHED)
+@pytest.mark.parametrize("threads", [1, 2, 7, 1000])
+def test_a_batch_in_threads_is_judged_as_in_one(name, threads, layouts):
+    batch, method = LayoutBatch.of(layouts), make_method(name)
+    alone, found = method.evaluate(batch), evaluate_in_threads(method, batch, threads)
+    for key in ("status", "failing_step", "displacement", "rotation"):
+        np.testing.assert_array_equal(getattr(found, key), getattr(alone, key))
+    assert (found.finding is None) == (alone.finding is None)
+    if alone.finding is not None:
+        for k in np.flatnonzero(alone.failing_step >= 0).tolist():
+            assert found.finding(k) == alone.finding(k) == method._judge(batch[k], None)
+    with pytest.raises(NumberError, match=r"threads is 0; allowed"):
+        evaluate_in_threads(method, batch, 0)
+    assert len(evaluate_in_threads(method, batch[:0], threads).status) == 0
+
+
 def _judged(verdicts):
     return [replace(verdict, cpu=Seconds(), wall=Seconds()) for verdict in verdicts]
 
@@ -135,7 +153,9 @@ def test_many_are_judged_at_once_as_one_by_one(name, layouts, monkeypatch):
     looked_at, judge = [], method._judge
     monkeypatch.setattr(method, "_judge", lambda *of: looked_at.append(of[0]) or judge(*of))
     assert _judged(method.judge_many(iter(layouts))) == expected
-    assert looked_at == [x for x, v in zip(layouts, expected, strict=True) if not v.stable]
+    failing = [x.content_hash() for x, v in zip(layouts, expected, strict=True) if not v.stable]
+    again = [] if method.evaluate(batch).finding else failing
+    assert [layout.content_hash() for layout in looked_at] == again
     assert method.judge_many([]) == []
 
 

@@ -19,12 +19,13 @@ from steadyload.methods.contract.stopwatch import Phase as Phase
 from steadyload.methods.contract.stopwatch import Seconds as Seconds
 from steadyload.methods.contract.stopwatch import Stopwatch as Stopwatch
 from steadyload.methods.contract.verdict import STABLE as STABLE
+from steadyload.methods.contract.verdict import BatchFindings
 from steadyload.methods.contract.verdict import BatchVerdicts as BatchVerdicts
 from steadyload.methods.contract.verdict import Effort as Effort
 from steadyload.methods.contract.verdict import Finding as Finding
 from steadyload.methods.contract.verdict import Status as Status
 from steadyload.methods.contract.verdict import Verdict as Verdict
-from steadyload.methods.contract.verdict import verdict_of
+from steadyload.methods.contract.verdict import verdict_of as verdict_of
 from steadyload.numbers import seconds_allowed
 from steadyload.time_limit import TimeoutExpiredError as TimeoutExpiredError
 
@@ -322,20 +323,35 @@ class Method(ABC):
         """
         seconds_allowed(timeout)
         given = layouts if isinstance(layouts, LayoutBatch) else list(layouts)
-        watch = Stopwatch()
         try:
             batch = given if isinstance(given, LayoutBatch) else LayoutBatch.of(given)
-            found = self.evaluate(batch)
+            found = self.findings(batch, timeout=timeout)
         except NotBatchedError:
             return [self.judge(layout, timeout=timeout) for layout in given]
-        findings = [STABLE] * len(batch)
-        for k in np.flatnonzero((found.status != Status.DONE) | (found.failing_step >= 0)).tolist():
-            findings[k] = finding_by(partial(self._judge, given[k]), Stopwatch(timeout))
+        return found.verdicts(batch.item_counts.tolist())
+
+    def findings(self, batch: LayoutBatch, *, timeout: float | None = None) -> BatchFindings:
+        """Judge a batch as :meth:`judge_many` does, without an object a layout that is stable.
+
+        Args:
+            batch: the layouts.
+            timeout: of :meth:`judge`, for each layout that is judged by itself.
+
+        Raises:
+            NotBatchedError: the method judges one layout at a time.
+            NumberError: the timeout is no finite number above 0.
+        """
+        seconds_allowed(timeout)
+        watch = Stopwatch()
+        found = self.evaluate(batch)
+        fails, apart = found.failing_step >= 0, dict[int, Finding]()
+        for k in np.flatnonzero(fails | (found.status != Status.DONE)).tolist():
+            if found.finding is None or not fails[k]:
+                apart[k] = finding_by(partial(self._judge, batch[k]), Stopwatch(timeout))
+            else:
+                apart[k] = found.finding(k)
         cpu, wall = (spent.shared(len(batch)) for spent in watch.stop())
-        return [
-            verdict_of(finding, count, cpu, wall)
-            for finding, count in zip(findings, batch.item_counts.tolist(), strict=True)
-        ]
+        return BatchFindings(apart, cpu, wall)
 
     @property
     def batched(self) -> bool:

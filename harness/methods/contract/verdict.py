@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any
@@ -227,12 +228,15 @@ class BatchVerdicts:
         displacement: of the item that moved too far [cm], shape (L,); not a number where a method
             states none.
         rotation: its largest angle [degrees], likewise.
+        finding: gives the finding on a layout that fails; None where the layout has to be judged by
+            itself for it.
     """
 
     status: NDArray[np.object_]
     failing_step: NDArray[np.int64]
     displacement: NDArray[np.float64]
     rotation: NDArray[np.float64]
+    finding: Callable[[int], Finding] | None = None
 
     @classmethod
     def of_steps(
@@ -241,6 +245,7 @@ class BatchVerdicts:
         steps: NDArray[np.int64],
         *,
         unresolved: NDArray[np.bool_] | bool = False,
+        finding: Callable[[int], Finding] | None = None,
     ) -> BatchVerdicts:
         """Verdicts of a static method.
 
@@ -248,8 +253,32 @@ class BatchVerdicts:
             batch: the layouts.
             steps: the failing step of each, its number of items where it is stable, shape (L,).
             unresolved: where there is no verdict, shape (L,): the status is ``error``.
+            finding: see :class:`BatchVerdicts`.
         """
         status = np.full(len(batch), Status.DONE, dtype=object)
         status[unresolved] = Status.ERROR
         failing = np.where((steps == batch.item_counts) | unresolved, -1, steps)
-        return cls(status, failing, np.full(len(batch), math.nan), np.full(len(batch), math.nan))
+        unknown = np.full(len(batch), math.nan)
+        return cls(status, failing, unknown, unknown.copy(), finding)
+
+
+@dataclass(frozen=True, slots=True)
+class BatchFindings:
+    """Findings on the layouts of a batch, with the share of the time that each of them has.
+
+    Attributes:
+        apart: by place in the batch, of all layouts that are not stable.
+        cpu: time spent on each.
+        wall: likewise.
+    """
+
+    apart: Mapping[int, Finding]
+    cpu: Seconds
+    wall: Seconds
+
+    def verdicts(self, item_counts: Iterable[int]) -> list[Verdict]:
+        """The verdicts, from the numbers of items of the layouts."""
+        return [
+            verdict_of(self.apart.get(k, STABLE), count, self.cpu, self.wall)
+            for k, count in enumerate(item_counts)
+        ]

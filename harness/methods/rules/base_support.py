@@ -76,11 +76,11 @@ class PartialBaseSupport(Method):
 
     def evaluate(self, batch: LayoutBatch) -> BatchVerdicts:
         """See :meth:`Method.evaluate`."""
+        steps, shares = kernels.base_support.first_with_little_support_of_many(
+            batch.lower, batch.upper, batch.floors, batch.starts, self._alpha
+        )
         return BatchVerdicts.of_steps(
-            batch,
-            kernels.base_support.first_with_little_support_of_many(
-                batch.lower, batch.upper, batch.floors, batch.starts, self._alpha
-            ),
+            batch, steps, finding=lambda k: self._too_little(int(steps[k]), float(shares[k]))
         )
 
     def begin(self, layout: GrowingLayout) -> Loader:

@@ -58,13 +58,14 @@ class StaticMechanicalEquilibrium(Method):
 
     def evaluate(self, batch: LayoutBatch) -> BatchVerdicts:
         """See :meth:`Method.evaluate`."""
+        steps, culprits, carried = kernels.sme.first_unsupported_of_many(
+            batch.lower, batch.upper, batch.weights, batch.mass_offsets, batch.floors, batch.starts
+        )
         return BatchVerdicts.of_steps(
             batch,
-            kernels.sme.first_unsupported_of_many(
-                batch.lower, batch.upper, batch.weights, batch.mass_offsets, batch.floors,
-                batch.starts,
-            ),
-        )  # fmt: skip
+            steps,
+            finding=lambda k: _finding(int(steps[k]), int(culprits[k]), carried=carried[k]),
+        )
 
     def begin(self, layout: GrowingLayout) -> Loader:
         """A loader that checks the new item and the items that carry it."""

@@ -72,13 +72,13 @@ def first_with_little_support(lower: Any, upper: Any, floor: Any, alpha: float) 
 def first_with_little_support_of_many(
     lower: Any, upper: Any, floors: Any, starts: Any, alpha: float
 ) -> Any:
-    """:func:`first_with_little_support` of every layout of a batch, shape (L,)."""
+    """Results of :func:`first_with_little_support` for every layout of a batch, shape (L,)."""
     count = len(starts) - 1
-    steps = np.empty(count, dtype=np.int64)
+    steps, shares = np.empty(count, dtype=np.int64), np.empty(count)
     for k in range(count):
         part = slice(starts[k], starts[k + 1])
-        steps[k] = first_with_little_support(lower[part], upper[part], floors[k], alpha)[0]
-    return steps
+        steps[k], shares[k] = first_with_little_support(lower[part], upper[part], floors[k], alpha)
+    return steps, shares
 
 
 @compiled

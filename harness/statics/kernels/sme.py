@@ -63,14 +63,16 @@ def unsupported_at(
 def first_unsupported_of_many(
     lower: Any, upper: Any, weights: Any, offsets: Any, floors: Any, starts: Any
 ) -> Any:
-    """The step of :func:`first_unsupported` of every layout of a batch, shape (L,)."""
+    """Results of :func:`first_unsupported` for every layout of a batch, each of shape (L,)."""
     count = len(starts) - 1
-    steps = np.empty(count, dtype=np.int64)
+    steps, items = np.empty(count, dtype=np.int64), np.empty(count, dtype=np.int64)
+    carried = np.empty(count, dtype=np.bool_)
     for k in range(count):
         part = slice(starts[k], starts[k + 1])
-        found = first_unsupported(lower[part], upper[part], weights[part], offsets[part], floors[k])
-        steps[k] = found[0]
-    return steps
+        steps[k], items[k], carried[k] = first_unsupported(
+            lower[part], upper[part], weights[part], offsets[part], floors[k]
+        )
+    return steps, items, carried
 
 
 @compiled
