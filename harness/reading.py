@@ -42,7 +42,7 @@ MAX_STORED_VALUES = 4_000_000
 MAX_TABLE_BYTES = 256 * 1024**2
 """Bytes of a stored table or shard, of weights, and of a checkpoint of a training."""
 
-MAX_COPY_BYTES = 4 * 1024**3
+MAX_COPY_BYTES = 32 * 1024**3
 """Bytes of the layouts that a run keeps, of which one at a time is held in memory."""
 
 _MOST_MEMORY = 128 * 1024**2

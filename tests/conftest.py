@@ -309,6 +309,7 @@ def outside(tmp_path, monkeypatch):
     (about / "METADATA").write_text("Metadata-Version: 2.1\nName: outside-judges\nVersion: 1.0\n")
     (about / "entry_points.txt").write_text(
         "[steadyload.methods]\nharmful = outside_judges:Harmful\n"
+        "harmful_batches = outside_judges:HarmfulBatches\n"
     )
     (site / "outside_judges.py").write_bytes(_JUDGES.read_bytes())
     monkeypatch.syspath_prepend(site)

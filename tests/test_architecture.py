@@ -376,6 +376,8 @@ def test_progress_is_defined_once():
 FREE = {
     "reading": "the one place",
     "layouts.files.parquet_rows": "an open layout file, after its size and footer were looked at",
+    "layouts.parquet_reader": "an open file of layouts that a run wrote",
+    "runs.blocks": "the file of layouts that this run wrote",
     "layouts.files.sources": "a layout file, a pipe, standard input, as far as its format allows",
     "studies.kept_rows": "an archive in memory",
     "runs.store": "the lock of a folder, of which nothing is read",

@@ -80,7 +80,7 @@ FOLDERS = {
 
 @pytest.fixture(params=["sparse", "endless"])
 def too_large(request, tmp_path):
-    """Puts a sparse file of 5 GB, or a link to an endless device, under a name."""
+    """Puts a sparse file of 40 GB, or a link to an endless device, under a name."""
 
     def put(name):
         path = tmp_path / name
@@ -88,7 +88,7 @@ def too_large(request, tmp_path):
             path.symlink_to("/dev/zero")
         else:
             path.touch()
-            os.truncate(path, 5 * 10**9)
+            os.truncate(path, 40 * 10**9)
         return path
 
     return put

@@ -9,7 +9,7 @@ import pandas as pd
 
 from steadyload.layouts.formats import read_written
 from steadyload.layouts.model.naming import box_id
-from steadyload.runs.results import LAYOUTS_FILE, kept_file
+from steadyload.runs.results import kept_layouts
 
 
 def with_box_ids(rows: pd.DataFrame, directory: str | Path) -> pd.DataFrame:
@@ -31,7 +31,7 @@ def with_box_ids(rows: pd.DataFrame, directory: str | Path) -> pd.DataFrame:
     }
     places = rows.groupby("layout").indices
     found: dict[str, list[str | None]] = {column: [None] * len(rows) for column in steps}
-    for layout in read_written(kept_file(directory, LAYOUTS_FILE), places):
+    for layout in read_written(kept_layouts(directory), places):
         for column, numbers in steps.items():
             for place in places[layout.name]:
                 step = None if math.isnan(numbers[place]) else int(numbers[place])

@@ -18,7 +18,9 @@ from steadyload.escaping import shown
 from steadyload.layouts.benchmark.parts import Part, set_named
 from steadyload.layouts.files.dialect import Dialect, DialectError, load_profile
 from steadyload.layouts.files.record import Refused
-from steadyload.layouts.formats import Reading, scan_layouts
+from steadyload.layouts.formats import Reading, scan_batches
+from steadyload.layouts.model.batch import LayoutBatch
+from steadyload.layouts.model.distinct_names import DistinctNames
 from steadyload.layouts.model.floor import FloorKind
 from steadyload.layouts.model.layout import Layout, LayoutError
 from steadyload.layouts.model.scenarios import Scenario, apply_scenario
@@ -85,7 +87,9 @@ class StudyDefinition:
         None, "what the layouts stand on; None for what a file states, or else auto"
     )
     repetitions: int = option(1, "judgements of every case, for timing", least=1)
-    shard_size: int = option(12, "cases a unit of work", least=1)
+    shard_size: int | None = option(
+        None, "cases a unit of work; None for 12, and 20,000 where methods judge batches", least=1
+    )
     timeout: float | int | None = option(
         None, "CPU time that a judgement may take; None for no limit", unit="s"
     )
@@ -146,19 +150,39 @@ class StudyDefinition:
             LayoutError: a file is invalid; or a layout, if the study is strict or has no other.
             StudyError: two layouts have the same name, or a file cannot be read.
         """
-        names: set[str] = set()
+        for entry in self.batches(refused):
+            yield from entry if isinstance(entry, LayoutBatch) else (entry,)
+
+    def batches(
+        self, refused: Callable[[Refused], None] = lambda one: None
+    ) -> Iterator[LayoutBatch | Layout]:
+        """As :meth:`layouts`, but layouts that became arrays at once come as batches."""
+        names, several = DistinctNames(), len(self.files) + bool(self.generated) > 1
         first: list[LayoutError] = []
-        for layout in islice(self._sources(refused, first), self.limit):
-            if layout.name in names:
-                raise StudyError(
-                    f"layouts: name {layout.name!r} stands in two files; allowed: once"
-                )
-            names.add(layout.name)
-            yield layout
-        if not names and first:
+        empty = True
+        for entry in self._first(self._sources(refused, first)):
+            own = entry.names if isinstance(entry, LayoutBatch) else (entry.name,)
+            if several and (again := names.add(own)) is not None:
+                raise StudyError(f"layouts: name {again!r} stands in two files; allowed: once")
+            empty = False
+            yield entry
+        if empty and first:
             raise first[0]
-        if not names:
+        if empty:
             raise StudyError("layouts: the files hold none; allowed: one or more")
+
+    def _first(self, entries: Iterable[LayoutBatch | Layout]) -> Iterator[LayoutBatch | Layout]:
+        """The first layouts, as many as are wanted."""
+        left = self.limit
+        for entry in entries:
+            if left is None:
+                yield entry
+                continue
+            kept = entry[:left] if isinstance(entry, LayoutBatch) else entry
+            left -= len(kept) if isinstance(kept, LayoutBatch) else 1
+            yield kept
+            if left == 0:
+                return
 
     def reading(self) -> Reading:
         """Choices in reading the files."""
@@ -171,11 +195,11 @@ class StudyDefinition:
 
     def _sources(
         self, refused: Callable[[Refused], None], first: list[LayoutError]
-    ) -> Iterator[Layout]:
+    ) -> Iterator[LayoutBatch | Layout]:
         for file in self.files:
             try:
-                for entry in scan_layouts(file, **self.reading()):
-                    if isinstance(entry, Layout):
+                for entry in scan_batches(file, **self.reading()):
+                    if not isinstance(entry, Refused):
                         yield entry
                     elif self.strict:
                         raise entry.error

@@ -1,13 +1,13 @@
 """The layouts and cases of a study, with their labels when it runs on a labelled set.
 
-A run folder with labels holds ``labels.parquet`` beside ``layouts.json``: a page needs nothing of
+A run folder with labels holds ``labels.parquet`` beside the layouts: a page needs nothing of
 the labelled set itself.
 """
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -23,11 +23,12 @@ from steadyload.layouts.benchmark.parts import Part
 from steadyload.layouts.benchmark.tables import as_parquet, from_parquet, later
 from steadyload.layouts.files.record import Refused
 from steadyload.layouts.files.refusals import Refusals
+from steadyload.layouts.formats import read_written
+from steadyload.layouts.model.batch import LayoutBatch
 from steadyload.layouts.model.layout import Layout, LayoutError
 from steadyload.layouts.model.scenarios import Scenario
 from steadyload.reading import MAX_TABLE_BYTES, content_of
 from steadyload.runs.definition import StudyDefinition
-from steadyload.runs.entries import Spool
 from steadyload.runs.provenance import provenance_lines
 from steadyload.runs.results import kept_file
 
@@ -68,45 +69,39 @@ class Material:
 
     Attributes:
         layouts: as the run folder keeps them, without scenarios; can be iterated once.
-        cases: all cases, once ``layouts`` were iterated; can be iterated again, once at a time.
+        cases: gives all cases in turn, once ``layouts`` were iterated, from the copy of them.
         labels: a row a case, :data:`LABELS`; None without labels.
         about: the manifest's entry on the labels; None without labels.
         refused: layouts of the files that are not valid; complete once ``layouts`` were iterated.
     """
 
-    layouts: Iterable[Layout]
-    cases: Iterable[Case]
+    layouts: Iterable[LayoutBatch | Layout]
+    cases: Callable[[Path], Iterable[Case]]
     labels: pd.DataFrame | None = None
     about: dict[str, Any] | None = None
     refused: Refusals = field(default_factory=Refusals)
 
 
-def own_material(study: StudyDefinition, held: Spool[Layout]) -> Material:
+def own_material(study: StudyDefinition) -> Material:
     """The material of a study without labels. Its files are read once, its layouts checked once.
 
     Args:
         study: its definition.
-        held: holds the cases from then on.
 
     Raises:
         LayoutError, StudyError: when its layouts are read, see
             :meth:`StudyDefinition.layouts`.
     """
     refused = Refusals()
+    layouts = study.batches(lambda one: refused.add(_nameless(one)))
+    return Material(layouts, lambda copy: study.cases(read_written(copy)), refused=refused)
 
-    def refuse(one: Refused) -> None:
-        # A run folder may be handed on: it says nothing of the folders of this machine.
-        error = one.error
-        name = None if error.file is None else Path(error.file).name
-        refused.add(str(LayoutError(error.message, file=name, layout=one.name, item=error.item)))
 
-    def layouts() -> Iterator[Layout]:
-        for layout in study.layouts(refuse):
-            for scenario, drawn in study.cases([layout]):
-                held.add(scenario, drawn)
-            yield layout
-
-    return Material(layouts(), held, refused=refused)
+def _nameless(one: Refused) -> str:
+    """Why a layout was refused, without the folder of its file: a run folder may be handed on."""
+    error = one.error
+    name = None if error.file is None else Path(error.file).name
+    return str(LayoutError(error.message, file=name, layout=one.name, item=error.item))
 
 
 @dataclass(frozen=True)
@@ -126,16 +121,14 @@ class Cases:
     limit: int | None = None
 
 
-def labelled_material(study: StudyDefinition, benchmark: Benchmark | None = None) -> Material:
-    """The material of a study on a part of a labelled set, with the labels.
+def labelled_cases(study: StudyDefinition, benchmark: Benchmark | None = None) -> list[Case]:
+    """The cases of a study on a part of a labelled set; see :func:`labelled_material`."""
+    return _chosen(study, benchmark)[2]
 
-    Args:
-        study: its definition.
-        benchmark: the labelled set; None reads that of the definition.
 
-    Raises:
-        BenchmarkError: not a labelled set, a damaged one, or it holds no such case.
-    """
+def _chosen(
+    study: StudyDefinition, benchmark: Benchmark | None
+) -> tuple[Benchmark, pd.DataFrame, list[Case]]:
     assert study.benchmark is not None
     if benchmark is None:
         benchmark = load_benchmark(study.benchmark_directory)
@@ -146,6 +139,20 @@ def labelled_material(study: StudyDefinition, benchmark: Benchmark | None = None
         (scenario, benchmark.layout(name, scenario))
         for name, scenario in zip(chosen["layout"], chosen["scenario"], strict=True)
     ]
+    return benchmark, chosen, cases
+
+
+def labelled_material(study: StudyDefinition, benchmark: Benchmark | None = None) -> Material:
+    """The material of a study on a part of a labelled set, with the labels.
+
+    Args:
+        study: its definition.
+        benchmark: the labelled set; None reads that of the definition.
+
+    Raises:
+        BenchmarkError: not a labelled set, a damaged one, or it holds no such case.
+    """
+    benchmark, chosen, cases = _chosen(study, benchmark)
     layouts = {layout.name: layout for _, layout in cases}
     centred = [layout.with_mass_offsets(np.zeros((len(layout), 3))) for layout in layouts.values()]
     labels = _labels(benchmark, chosen)
@@ -160,7 +167,7 @@ def labelled_material(study: StudyDefinition, benchmark: Benchmark | None = None
         about["screens"] = list(benchmark.manifest["screens"])
     if isinstance(study.benchmark_directory, str):
         about["set"] = study.benchmark_directory
-    return Material(centred, cases, labels, about)
+    return Material(centred, lambda copy: cases, labels, about)
 
 
 def _labels(benchmark: Benchmark, chosen: pd.DataFrame) -> pd.DataFrame:

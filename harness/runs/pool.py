@@ -125,7 +125,12 @@ class Executor(Protocol):
     """Protocol of executors, with the interface of :class:`concurrent.futures.Executor`.
 
     It is used in a ``with`` block; leaving the block ends the tasks that are still running.
+
+    Attributes:
+        shares_files: its workers can read the files of this process.
     """
+
+    shares_files: bool = True
 
     @property
     def room(self) -> int:

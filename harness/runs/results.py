@@ -1,17 +1,17 @@
 """The one result schema: a row per (method, layout, scenario, repetition), in Parquet.
 
-A run folder holds ``manifest.json``, ``layouts.json`` and ``results/*.parquet``, a
+A run folder holds ``manifest.json``, ``layouts.parquet`` and ``results/*.parquet``, a
 :class:`steadyload.runs.store.Store`: a run that was interrupted at any moment can be loaded and
 resumed. The manifest has the checksums of the single files beside it.
 """
 
 from __future__ import annotations
 
-import dataclasses
 import json
 import logging
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +26,6 @@ from steadyload.layouts.model.layout import Layout
 from steadyload.methods.contract.method import Method, Verdict
 from steadyload.methods.contract.old_keys import OLD_KEYS
 from steadyload.methods.contract.spec import stored_values
-from steadyload.methods.contract.verdict import record_of
 from steadyload.reading import MAX_STORED_BYTES, content_of, json_of
 from steadyload.runs.store import Codec, DamagedError, Store, checksum_of
 from steadyload.runs.store import ResultsError as ResultsError
@@ -36,7 +35,9 @@ _log = logging.getLogger("steadyload")
 SCHEMA_VERSION = 2
 """2: shards and the files beside them have checksums. The rows are those of 1."""
 
-LAYOUTS_FILE = "layouts.json"
+LAYOUTS_FILE, COLUMNS_FILE = "layouts.json", "layouts.parquet"
+"""Names of the copy of the layouts in a run folder, which has one of the two: the former in runs
+that an earlier version began."""
 
 _SECONDS = ("build", "step", "read", "total")
 
@@ -87,33 +88,59 @@ _MANIFEST_KEYS = ("schema_version", "study", "study_hash", "data_hash", "shards"
 KEYS = ["layout", "scenario", "method", "repetition"]
 
 
+OF_VERDICTS: Mapping[str, Callable[[Verdict], Any]] = {
+    **{
+        name: attrgetter(name)
+        for name in (
+            "status", "failing_step", "score", "moved_item", "displacement", "rotation", "reason",
+            "ignored", "emulated",
+        )
+    },
+    "substeps": attrgetter("effort.substeps"),
+    **{
+        f"{clock}_{phase}": attrgetter(f"{clock}.{phase}")
+        for clock in ("cpu", "wall")
+        for phase in _SECONDS
+    },
+    "body_substeps": attrgetter("effort.body_substeps"),
+}  # fmt: skip
+"""The columns that a row takes from its verdict, each with its value."""
+
+
 def result_row(
     layout: Layout, scenario: str, method: Method, repetition: int, verdict: Verdict
 ) -> dict[str, Any]:
     """One row of :data:`SCHEMA`."""
-    said = record_of(verdict)
-    row: dict[str, Any] = {
+    return {
         "layout": layout.name,
         "layout_hash": layout.content_hash(),
         "scenario": scenario,
-        "item_count": said["items"],
+        "item_count": verdict.item_count,
+        "repetition": repetition,
+        **said_of(method),
+        **{name: value(verdict) for name, value in OF_VERDICTS.items()},
+    }
+
+
+def said_of(method: Method) -> dict[str, Any]:
+    """Values of the columns that say which method judged."""
+    return {
         "method": str(method.spec),
         "method_name": method.spec.name,
         "engine": method.spec.engine,
         "parameters": json.dumps(stored_values(method.parameters), sort_keys=True),
-        "repetition": repetition,
-        **{name: said[key] for name, key in zip(SCHEMA.names, COLUMNS, strict=True) if key in said},
-        "substeps": verdict.effort.substeps,
     }
-    for clock, seconds in (("cpu", verdict.cpu), ("wall", verdict.wall)):
-        row |= {f"{clock}_{k}": v for k, v in dataclasses.asdict(seconds).items()}
-    return row | {"body_substeps": verdict.effort.body_substeps}
+
+
+def shard_of(rows: pa.Table) -> bytes:
+    """The bytes of a shard of some rows."""
+    sink = pa.BufferOutputStream()
+    pq.write_table(rows, sink)
+    return sink.getvalue().to_pybytes()
 
 
 def _encoded(rows: Sequence[dict[str, Any]]) -> bytes:
-    sink = pa.BufferOutputStream()
-    pq.write_table(pa.Table.from_pylist([dict(r) for r in rows], schema=SCHEMA), sink)
-    return sink.getvalue().to_pybytes()
+    return shard_of(pa.Table.from_pylist([dict(r) for r in rows], schema=SCHEMA))
 
 
 def _decoded(content: bytes, columns: Sequence[str] | None = None) -> pa.Table:
@@ -243,6 +270,13 @@ def kept_file(directory: str | Path, name: str, manifest: Mapping[str, Any] | No
     if found != expected:
         raise DamagedError(path)
     return path
+
+
+def kept_layouts(directory: str | Path, manifest: Mapping[str, Any] | None = None) -> Path:
+    """The copy of the layouts of a run; arguments and errors are those of :func:`kept_file`."""
+    manifest = load_manifest(directory) if manifest is None else manifest
+    columns = COLUMNS_FILE in manifest.get("files", {})
+    return kept_file(directory, COLUMNS_FILE if columns else LAYOUTS_FILE, manifest)
 
 
 def _frame(table: pa.Table) -> pd.DataFrame:

@@ -21,16 +21,23 @@ from steadyload.atomic import (
     is_unfinished,
     manifest_text,
     not_a_link,
-    without_link,
     write_atomically,
 )
 from steadyload.layouts.benchmark import Benchmark
-from steadyload.layouts.formats import Format, write_layouts
-from steadyload.layouts.model.layout import Layout
 from steadyload.methods.contract.method import Method
 from steadyload.progress import Progress, silent
+from steadyload.runs.blocks import (
+    Block,
+    BlockStore,
+    BlockUnit,
+    block_unit,
+    blocks_of,
+    handed_out,
+    judged_in_blocks,
+    judging_blocks,
+    write_copy,
+)
 from steadyload.runs.definition import StudyDefinition
-from steadyload.runs.entries import Spool
 from steadyload.runs.envelope_use import EnvelopeCount
 from steadyload.runs.kept_only import NotKeptError, refuse_unless_kept
 from steadyload.runs.labels import (
@@ -43,9 +50,16 @@ from steadyload.runs.labels import (
 )
 from steadyload.runs.pool import IN_THIS_PROCESS, Executor, PartLimit
 from steadyload.runs.provenance import provenance
-from steadyload.runs.results import LAYOUTS_FILE, SCHEMA_VERSION, load_manifest, result_store
+from steadyload.runs.results import (
+    COLUMNS_FILE,
+    LAYOUTS_FILE,
+    SCHEMA_VERSION,
+    load_manifest,
+    result_store,
+)
 from steadyload.runs.store import (
     ResultsError,
+    Store,
     Survey,
     checksum_of,
     is_whole,
@@ -63,10 +77,11 @@ from steadyload.runs.units import (
 
 _log = logging.getLogger("steadyload")
 
-_FRESH = f".{LAYOUTS_FILE}"
-"""Name of the file of layouts until it is complete."""
+_COPIES = (LAYOUTS_FILE, COLUMNS_FILE)
+_FRESH = tuple(f".{name}" for name in _COPIES)
+"""Names of the copy of the layouts until it is complete."""
 
-_SINGLE_FILES = (_FRESH, "manifest.json", LABELS_FILE)
+_SINGLE_FILES = (*_FRESH, "manifest.json", LABELS_FILE)
 
 
 def run_study(
@@ -113,15 +128,14 @@ def run_study(
     judges = [method.anew() for method in study.made]
     for method in judges:
         method.prepare()
-    with Spool[Layout]() as held:
-        if study.benchmark is None:
-            material = own_material(study, held)
-        else:
-            material = labelled_material(study, benchmark)
-        _claim(directory, study)
-        with locked(directory):
-            limit = limit or hard_limit(study.timeout)
-            return _run(study, judges, material, directory, workers, rerun, limit, progress)
+    if study.benchmark is None:
+        material = own_material(study)
+    else:
+        material = labelled_material(study, benchmark)
+    _claim(directory, study)
+    with locked(directory):
+        limit = limit or hard_limit(study.timeout)
+        return _run(study, judges, material, directory, workers, rerun, limit, progress)
 
 
 def _run(
@@ -134,45 +148,74 @@ def _run(
     limit: PartLimit[Unit, Row] | None,
     progress: Progress,
 ) -> int:
-    store, layouts, kept = result_store(directory), directory / _FRESH, directory / LAYOUTS_FILE
     for name in _SINGLE_FILES:
         clear_unfinished(directory, name)
+    # A run that was begun with the other copy goes on as it was begun: its keys are those of units.
+    name = LAYOUTS_FILE if (directory / LAYOUTS_FILE).exists() else COLUMNS_FILE
+    fresh, kept = directory / f".{name}", directory / name
     made_by = made_now(judges)
+    in_blocks = judged_in_blocks(study) if name == COLUMNS_FILE else ()
+    singly = {spec: made for spec, made in made_by.items() if spec not in in_blocks}
     passing = _Passing(EnvelopeCount(judges), of_cases=material.about is not None)
-    write_layouts(without_link(layouts), passing.kept(material.layouts), Format.NATIVE)
+    of_blocks: list[BlockUnit] = []
+
+    def passed(blocks: Iterable[Block]) -> Iterator[Block]:
+        for group, block in enumerate(blocks):
+            passing.add(block)
+            of_blocks.extend(
+                block_unit(study, spec, made_by[spec], kept, group, block) for spec in in_blocks
+            )
+            yield block
+
+    write_copy(fresh, passed(blocks_of(material.layouts)))
     labels = None if material.labels is None else as_labels(material.labels)
-    units = study_units(study, passing.judged(material.cases), made_by)
-    survey = store.survey(units, rerun=rerun)
+    cases = material.cases(fresh) if singly else ()
+    blocks, rows = BlockStore(directory), result_store(directory)
+    block_survey = blocks.survey(of_blocks, rerun=rerun)
+    row_survey = rows.survey(study_units(study, passing.judged(cases), singly), rerun=rerun)
+    survey = block_survey | row_survey
     manifest = _manifest(study, material, passing, survey)
-    manifest["files"] = {LAYOUTS_FILE: checksum_of(layouts)}
+    manifest["files"] = {name: checksum_of(fresh)}
     if labels is not None:
         manifest["files"][LABELS_FILE] = checksum(labels)
     if not survey.missing and _is_finished(directory, manifest):
         progress(survey.present, survey.parts)
-        layouts.unlink()
+        fresh.unlink()
         return 0
     try:
         refuse_unless_kept(directory, survey.parts - survey.present, survey.parts)
     except NotKeptError:
-        layouts.unlink()
+        fresh.unlink()
         raise
     for key in survey.missing:
-        store.drop(key)
+        rows.drop(key)
     _write_manifest(directory, manifest)
-    layouts.replace(kept)
+    fresh.replace(kept)
     if labels is None:  # an earlier run may have had some
         (directory / LABELS_FILE).unlink(missing_ok=True)
     else:
         write_atomically(directory / LABELS_FILE, labels)
-    computed = store.complete(
-        study_units(study, material.cases, made_by),
-        judge_unit,
-        crashed=crashed_row,
-        limit=limit,
-        workers=workers,
-        progress=progress,
-        survey=survey,
-    )
+    computed = 0
+
+    def complete(store: Store[Any, Any], units: Iterable[Any], found: Survey, **how: Any) -> None:
+        nonlocal computed
+        before = computed
+        computed += store.complete(
+            units, workers=workers, survey=found, **how,
+            progress=lambda at, _: progress(
+                survey.present + before + at - found.present, survey.parts
+            ),
+        )  # fmt: skip
+
+    by_row: dict[str, Any] = {"work": judge_unit, "crashed": crashed_row, "limit": limit}
+    again: list[Unit] = []
+    if of_blocks:
+        how = judging_blocks(limit, again)
+        complete(blocks, handed_out(of_blocks, workers), block_survey, **how)
+    if again:
+        complete(rows, again, Survey.of(again), **by_row)
+    if singly:
+        complete(rows, study_units(study, material.cases(kept), singly), row_survey, **by_row)
     _write_manifest(directory, {**manifest, "finished": _now()})
     return computed
 
@@ -188,13 +231,11 @@ class _Passing:
     layouts: int = 0
     digest: Any = field(default_factory=hashlib.sha256)
 
-    def kept(self, layouts: Iterable[Layout]) -> Iterator[Layout]:
-        """The same layouts, recorded as they are iterated."""
-        for layout in layouts:
-            self.layouts += 1
-            if not self.of_cases:
-                self.digest.update(layout.content_hash().encode())
-            yield layout
+    def add(self, block: Block) -> None:
+        """Record some of the layouts."""
+        self.layouts += len(block.batch)
+        if not self.of_cases:
+            self.digest.update(block.fingerprint.encode())
 
     def judged(self, cases: Iterable[Case]) -> Iterator[Case]:
         """The same cases, recorded as they are iterated."""
@@ -227,7 +268,8 @@ def _claimed_by(directory: Path) -> str | None:
         return str(load_manifest(directory)["study"]["name"])
     except ResultsError:
         shards = (directory / "results").glob("*.parquet")
-        if not ((directory / LAYOUTS_FILE).is_file() and any(shards)):
+        copies = [name for name in _COPIES if (directory / name).is_file()]
+        if not (copies and any(shards)):
             raise
     path = directory / "manifest.json"
     _log.warning("%s: is damaged; it is thrown away and made again", path)
@@ -238,7 +280,7 @@ def _claimed_by(directory: Path) -> str | None:
 def _is_foreign(found: Path) -> bool:
     """True if a file is not one that an interrupted start leaves behind."""
     begun = any(is_unfinished(found, name) for name in _SINGLE_FILES)
-    return found.name not in ("results", ".lock", _FRESH) and not begun
+    return found.name not in ("results", ".lock", *_FRESH) and not begun
 
 
 def _is_finished(directory: Path, manifest: dict[str, Any]) -> bool:

@@ -176,6 +176,21 @@ class Survey:
     parts: int = 0
     present: int = 0
 
+    @classmethod
+    def of(cls, units: Iterable[KeyedUnit]) -> Survey:
+        """Of units none of which has a shard."""
+        sizes = {unit.key: len(unit) for unit in units}
+        return cls(dict.fromkeys(sizes), set(sizes), sum(sizes.values()))
+
+    def __or__(self, other: Survey) -> Survey:
+        """Of the units of both, which have no key in common."""
+        return Survey(
+            self.keys | other.keys,
+            self.missing | other.missing,
+            self.parts + other.parts,
+            self.present + other.present,
+        )
+
 
 @dataclass(frozen=True, slots=True)
 class _Lost:
@@ -184,7 +199,9 @@ class _Lost:
     reason: str
 
 
-_LOST: Callable[[Any, int, str], Any] = lambda unit, part, reason: _Lost(reason)  # noqa: E731
+def lost_part(unit: Any, part: int, reason: str) -> Any:  # noqa: ARG001 - a NoResult
+    """Placeholder of the result of a part that has none; see :meth:`Store.complete`."""
+    return _Lost(reason)
 
 
 def _refuse(unit: KeyedUnit, reason: str) -> NoReturn:
@@ -247,6 +264,10 @@ class Store(Generic[Answer, Stored]):
         except (pa.ArrowException, RecursionError):
             raise DamagedError(self.path(key)) from None
 
+    def parts_of(self, unit: Any) -> int:
+        """How many parts a unit counts for."""
+        return len(unit)
+
     def write(self, key: str, answers: Sequence[Answer]) -> None:
         """Write a shard, completely or not at all."""
         refuse_unless_kept(self._folder, 1, 1)
@@ -280,11 +301,11 @@ class Store(Generic[Answer, Stored]):
             if unit.key in found.keys:
                 continue
             found.keys[unit.key] = None
-            found.parts += len(unit)
+            found.parts += self.parts_of(unit)
             if rerun or not self._is_whole(unit.key):
                 found.missing.add(unit.key)
             else:
-                found.present += len(unit)
+                found.present += self.parts_of(unit)
         return found
 
     def complete(
@@ -314,7 +335,7 @@ class Store(Generic[Answer, Stored]):
                 survey here, and holds all units.
 
         Returns:
-            The number of parts that were judged now.
+            The number of parts that were judged now, without those that are lost.
 
         Raises:
             NotKeptError: see :func:`steadyload.runs.kept_only.kept_only`.
@@ -331,7 +352,7 @@ class Store(Generic[Answer, Stored]):
             work,
             _each_once(units, waiting),
             workers=workers,
-            crashed=crashed or _LOST,
+            crashed=crashed or lost_part,
             limit=limit,
         ):
             why = [answer.reason for answer in answers if isinstance(answer, _Lost)]
@@ -339,7 +360,7 @@ class Store(Generic[Answer, Stored]):
                 lost(unit, why[0])
             else:
                 self.write(unit.key, answers)
-            done += len(answers)
+                done += self.parts_of(unit)
             progress(survey.present + done, survey.parts)
         return done
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from itertools import islice
@@ -22,6 +22,10 @@ Row = dict[str, Any]
 
 MadeBy = Mapping[str, str]
 """Everything that a method's rows depend on: see :func:`steadyload.runs.provenance.made_by`."""
+
+
+SHARD_SIZE = 12
+"""Cases of a unit of a study that does not say how many."""
 
 
 class OtherCodeError(ResultsError):
@@ -82,29 +86,38 @@ def study_units(
     Args:
         study: the definition of the study.
         cases: all cases, iterated once.
-        made_by: everything that a method's rows depend on, by method.
+        made_by: everything that a method's rows depend on, by method that is to judge.
     """
     ahead = iter(cases)
-    while part := tuple(islice(ahead, study.shard_size)):
+    while part := tuple(islice(ahead, study.shard_size or SHARD_SIZE)):
         judgements = tuple(
             (repetition, scenario, layout)
             for repetition in range(study.repetitions)
             for scenario, layout in part
         )
         content = [[scenario, lay.name, lay.content_hash()] for scenario, lay in part]
-        for method in study.methods:
-            key = key_of(
-                {
-                    "question": "verdicts",
-                    "method": method,
-                    "made by": dict(made_by[method]),
-                    "repetitions": study.repetitions,
-                    "timeout": study.timeout,
-                    "schema": SCHEMA_VERSION,
-                    "cases": content,
-                }
-            )
-            yield Unit(method, judgements, key, made_by[method], study.timeout)
+        for method, made in made_by.items():
+            key = verdicts_key(study, method, made, content)
+            yield Unit(method, judgements, key, made, study.timeout)
+
+
+def verdicts_key(
+    study: StudyDefinition, method: str, made: MadeBy, cases: Sequence[Sequence[str]] | str
+) -> str:
+    """Key of the shard of a method on some cases: scenario, name and content hash of each, or the
+    fingerprint of a block.
+    """
+    return key_of(
+        {
+            "question": "verdicts",
+            "method": method,
+            "made by": dict(made),
+            "repetitions": study.repetitions,
+            "timeout": study.timeout,
+            "schema": SCHEMA_VERSION,
+            "cases": cases,
+        }
+    )
 
 
 def judge_unit(unit: Unit) -> Iterator[Row]:
@@ -116,14 +129,19 @@ def judge_unit(unit: Unit) -> Iterator[Row]:
     Raises:
         OtherCodeError: the versions of parts or packages here are not those that the unit states.
     """
-    _check(unit)
+    check_made_by(unit.method, unit.made_by)
     method = method_named(unit.method)
     method.prepare(max(len(layout) for _, _, layout in unit.judgements))
     return _rows(method, unit)
 
 
-def _check(unit: Unit) -> None:
-    asked, here = unit.made_by, _made_here(unit.method)
+def check_made_by(method: str, asked: MadeBy) -> None:
+    """Refuse to judge by something else than a unit states.
+
+    Raises:
+        OtherCodeError: the versions of parts or packages here are others.
+    """
+    here = _made_here(method)
     if asked != here:
         names = sorted({*asked, *here})
         other = [
@@ -132,7 +150,7 @@ def _check(unit: Unit) -> None:
             if asked.get(name) != here.get(name)
         ]
         raise OtherCodeError(
-            f"{unit.method}: a worker would judge by {', '.join(other)}; allowed: the same on all "
+            f"{method}: a worker would judge by {', '.join(other)}; allowed: the same on all "
             "workers, which are to be started anew when it was changed"
         )
 

@@ -68,6 +68,8 @@ class Dask(Executor):
             this package.
     """
 
+    shares_files = False
+
     def __init__(
         self,
         workers: int | None = None,

@@ -27,7 +27,7 @@ from steadyload.layouts.model.item import Item
 from steadyload.layouts.model.layout import Layout
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.judged import load_judged
-from steadyload.runs.labels import item_lists, labelled_material
+from steadyload.runs.labels import item_lists, labelled_cases, labelled_material
 from steadyload.runs.runner import run_study
 from steadyload.statistics.clusters import Clusters
 from steadyload.statistics.placed import items_placed_by_case
@@ -155,10 +155,12 @@ def judge_changed(
     of_labels = StudyDefinition(
         "cases", (), benchmark=PART, benchmark_directory=set_named(LISTS), limit=limit
     )
-    material = labelled_material(of_labels)
-    labels = material.labels
+    labels = labelled_material(of_labels).labels
     assert labels is not None
-    layouts = [layout.renamed(f"{layout.name} {scenario}") for scenario, layout in material.cases]
+    layouts = [
+        layout.renamed(f"{layout.name} {scenario}")
+        for scenario, layout in labelled_cases(of_labels)
+    ]
     order = pd.Index([layout.name for layout in layouts], name="case")
     placed = items_placed_by_case(labels["failing_step"], labels["item_count"])
     cases = pd.DataFrame(

@@ -233,7 +233,7 @@ def test_a_study_reads_files_by_its_profile(folder, capsys):
         'layouts = ["wms.csv"]\nmethods = ["fbs"]\nprofile = "wms.toml"\n'
     )
     assert run(capsys, "study", "run", "s.toml", "--executor", "serial")[0] == 0
-    assert read_layouts("runs/s/layouts.json")[0].items[1].size == (20.1, 10.0, 30.0)
+    assert read_layouts("runs/s/layouts.parquet")[0].items[1].size == (20.1, 10.0, 30.0)
     (folder / "wms.toml").write_text('units = "mn"')
     status, _, err = run(capsys, "study", "run", "s.toml", "--executor", "serial")
     assert status == 2

@@ -16,7 +16,7 @@ from pathlib import Path
 import pymunk
 
 from steadyload.engines.quantities import quantity
-from steadyload.methods.contract.method import STABLE, Method
+from steadyload.methods.contract.method import STABLE, BatchVerdicts, Method
 from steadyload.time_limit import cpu_clock
 
 BAD = "layout-0002"
@@ -78,6 +78,15 @@ class Harmful(Method):
                     os.kill(os.getppid(), signal.SIGKILL)
                     time.sleep(60)
         return STABLE
+
+
+class HarmfulBatches(Harmful):
+    """The same, which judges batches."""
+
+    def evaluate(self, batch):
+        for layout in batch:
+            self._judge(layout, None)
+        return BatchVerdicts.of_steps(batch, batch.item_counts)
 
 
 @cache

@@ -39,6 +39,7 @@ from steadyload.properties.property import MethodUnderTest
 from steadyload.properties.registry import PROPERTIES
 from steadyload.runs import units
 from steadyload.runs.asked import Asked, AskedCases
+from steadyload.runs.blocks import block_unit, blocks_of
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.timing import BatchUnit, Turn
 from steadyload.runs.units import study_units
@@ -53,7 +54,7 @@ from steadyload.studies.reality.record import Record, RecordUnit
 from steadyload.studies.reality.releasing import JitterUnit, ReleasedUnit, Taken
 from steadyload.studies.repair.confirming import EngineUnit, LabelUnit
 from steadyload.studies.repair.ways import ChangeUnit
-from steadyload.studies.scale.measuring import Size
+from steadyload.studies.scale.measuring import Many, Size
 from steadyload.studies.session.packing_gains import PackingUnit
 from steadyload.studies.session.placing import CurvesUnit
 from steadyload.studies.transport import limits_of_loads as transport
@@ -82,6 +83,9 @@ WITHOUT_KEY = {
 NOT_IN_KEY = {
     "ListUnit.options": "the folder of the set states them",
     "GenerationOptions.lists": "a longer set begins with the same lists",
+    "BlockUnit.layouts": "where they lie; their content is in the key",
+    "BlockUnit.group": "where they lie; their content is in the key",
+    "BlockUnit.count": "of the layouts in the key",
     "Load.of": "for people; the content of the layout is in the key",
     "Load.name": "for people; the content of the layout is in the key",
     "Load.item_list": "for statistics; the content of the layout is in the key",
@@ -164,6 +168,22 @@ def study_cases():
     yield "versions", of_a_study(study, made={"version of method": "2"})
 
 
+def of_a_block(study, layout=ONE, made=MADE, method="sme"):
+    [block] = blocks_of([layout])
+    return block_unit(study, method, made, Path("x"), 0, block)
+
+
+def block_units():
+    study = StudyDefinition("one", ("sme",), timeout=60.0)
+    yield "", of_a_block(study)
+    yield "repetitions", of_a_block(replace(study, repetitions=2))
+    yield "timeout", of_a_block(replace(study, timeout=None))
+    yield "method", of_a_block(study, method="fbs")
+    yield "versions", of_a_block(study, made={"version of method": "2"})
+    yield "layout", of_a_block(study, replace(OTHER, name=ONE.name))
+    yield "name of the layout", of_a_block(study, replace(ONE, name="x"))
+
+
 def cases_varied():
     return {
         "scenario": ("s2", ONE),
@@ -215,6 +235,11 @@ RECORD = Record("8f14e45fceea167a5a36")
 LOAD = transport.Load("set", "name", ONE, "list")
 
 ASKED = {
+    Many: (
+        Many(4000, "processes", 2),
+        {"question": "layouts in blocks", "methods": ("sme", "equilibrium"), "each": 1000},
+        "83e9f52bfd3e9a9d2a43",
+    ),
     Size: (
         Size(4000, 2),
         {"question": "scale", "methods": ("fbs", "pbs0.9", "pbs0.7", "pbs0.5"), "repetitions": 10},
@@ -330,6 +355,7 @@ OTHERS = {
 
 MADE_WITH_KEY = {
     "units.Unit": study_cases,
+    "blocks.BlockUnit": block_units,
     "generation.ListUnit": item_lists,
     "testing.PropertyUnit": property_units,
     "tested.NetworkTraining": network_trainings,

@@ -113,7 +113,7 @@ def test_an_end_of_the_process_is_an_error_a_note_or_an_answer(tmp_path):
     with pytest.raises(ResultsError, match=r"the square of -1: .*SIGABRT"):
         Store(tmp_path / "a", JSON).complete(units, square, workers=Fragile())
     store, told = Store(tmp_path / "b", JSON), []
-    assert store.complete(units, square, workers=Fragile(), lost=lambda *of: told.append(of)) == 2
+    assert store.complete(units, square, workers=Fragile(), lost=lambda *of: told.append(of)) == 1
     [(unit, why)] = told
     assert unit.numbers == (-1,)
     assert "SIGABRT" in why
@@ -222,12 +222,12 @@ def test_shards_that_broke_earlier_checks_are_computed_again(done, tmp_path, nam
 
 def test_a_bit_of_the_layouts_is_noticed(done, tmp_path, capfd):
     folder = Path(shutil.copytree(done, tmp_path / "mine"))
-    file, drawn = folder / "run" / "layouts.json", random.Random(3)
+    file, drawn = folder / "run" / "layouts.parquet", random.Random(3)
     whole = file.read_bytes()
     for _ in range(40):
         file.write_bytes(flipped(whole, drawn))
         assert main(["study", "report", str(folder / "run")]) == 2
-        assert "layouts.json: cannot be read, it is damaged" in capfd.readouterr().err
+        assert "layouts.parquet: cannot be read, it is damaged" in capfd.readouterr().err
     check_mended(folder, file, verdicts(done / "run"), capfd)
     assert file.read_bytes() == whole
 

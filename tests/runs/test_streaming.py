@@ -3,6 +3,7 @@
 import gc
 import json
 
+import numpy as np
 import pandas as pd
 import pytest
 
@@ -19,6 +20,7 @@ from steadyload.runs.definition import StudyDefinition, StudyError
 from steadyload.runs.results import KEYS, ResultsError, each_shard, load_results
 from steadyload.runs.runner import run_study
 from steadyload.studies.kit import Lab
+from steadyload.studies.scale.many import write_many
 from steadyload.studies.scale.measuring import Size, measured
 from steadyload.studies.scale.study import Scale
 
@@ -110,10 +112,11 @@ def test_results_can_be_read_by_column_and_by_shard(tmp_path):
         next(each_shard(tmp_path))
 
 
+@pytest.mark.deep("processes of their own, on two Dask workers, too: 30 s")
 def test_what_a_study_needs_is_measured(tmp_path):
     lab = Lab(tmp_path / "work")
-    found = measured([80], lab)
-    assert measured([80], lab) == found
+    found = measured([80], [2000, 1000], lab)
+    assert measured([80], [2000, 1000], lab) == found
     (point,) = found.points
     assert (point.rows, point.layouts) == (80, 2)
     for step in (point.run, point.load, point.report):
@@ -121,7 +124,25 @@ def test_what_a_study_needs_is_measured(tmp_path):
         assert 10.0 < step.peak < 10_000.0
     text = write_page(Scale().page(found), tmp_path).read_text()
     assert f" {point.run.peak:.0f} |" in text
-    assert f"a study of 80 rows takes {point.run.cpu:.0f} s of CPU time" in text
+    assert f"a study of 80 rows takes {point.run.cpu:.0f} s of CPU time" in " ".join(text.split())
+    assert [judging.layouts for judging in found.by_layouts] == [2000, 1000]
+    for judging in (*found.by_layouts, *found.by_workers):
+        assert judging.command > 0.0
+        assert judging.judges > 0.0
+        assert judging.worker_peak > 10.0
+        assert judging.files == 5, "two shards, layouts, manifest and lock"
+    assert found.throughput.keys() == {"processes", "dask"}
+
+
+def test_many_layouts_differ_and_are_those_of_as_many_lists(tmp_path):
+    [file] = write_many(tmp_path, 4, 50, seed=3)
+    layouts = read_layouts(file)
+    assert len({layout.content_hash() for layout in layouts}) == 200
+    assert len({layout.geometry_hash() for layout in layouts}) == 4
+    again = write_many(tmp_path / "again", 4, 50, seed=3)
+    assert again[0].read_bytes() == file.read_bytes()
+    reach = max(np.abs(one.mass_offsets / one.sizes).max() for one in layouts)
+    assert 0.05 < reach <= 0.1 + 0.01
 
 
 def test_every_field_of_what_is_asked_changes_its_key():

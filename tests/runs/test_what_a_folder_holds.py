@@ -30,7 +30,7 @@ def folder(tmp_path):
     return tmp_path
 
 
-@pytest.mark.parametrize("name", ["manifest.json", ".layouts.json"])
+@pytest.mark.parametrize("name", ["manifest.json", ".layouts.parquet"])
 def test_the_swap_file_of_an_editor_stays(folder, name):
     assert run(folder) == 0
     swap = folder / "run" / f".{name}.swp"
@@ -43,7 +43,9 @@ def test_the_swap_file_of_an_editor_stays(folder, name):
     assert not cut.exists()
 
 
-@pytest.mark.parametrize("name", ["manifest.json", "layouts.json", ".layouts.json"])
+@pytest.mark.parametrize(
+    "name", ["manifest.json", "layouts.json", "layouts.parquet", ".layouts.parquet"]
+)
 def test_a_file_that_is_a_link_gives_way_and_what_it_points_to_stays(folder, name):
     assert run(folder) == 0
     place = folder / "run" / name
@@ -150,7 +152,7 @@ def full_disk(folder, most):
     )  # fmt: skip
 
 
-@pytest.mark.parametrize(("most", "stopped"), [(100, ".layouts.json"), (5_000, ".parquet")])
+@pytest.mark.parametrize(("most", "stopped"), [(100, ".layouts.parquet"), (5_000, ".parquet")])
 def test_a_full_disk_loses_nothing(folder, most, stopped):
     (folder / "study.toml").write_text(STUDY.replace("4", "1"))
     ended = full_disk(folder, most)

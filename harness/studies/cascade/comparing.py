@@ -37,7 +37,7 @@ from steadyload.reports.columns import (
 from steadyload.runs.costs import CostKind, CostSource
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.evaluation import MethodEvaluation, evaluate
-from steadyload.runs.labels import labelled_material, load_labels
+from steadyload.runs.labels import labelled_cases, load_labels
 from steadyload.runs.provenance import provenance_lines, source_line
 from steadyload.runs.runner import run_study
 from steadyload.runs.timing import load_while
@@ -260,7 +260,7 @@ def compare(
     others = [method for method in rows if not method.budget]
     simulations = [method for method in others if method.method.engine]
     labels = load_labels(run)
-    steps, layouts = _decisions(cascade, labelled_material(definition).cases, labels)
+    steps, layouts = _decisions(cascade, labelled_cases(definition), labels)
     fitted_on = [made_by.get("directory") or "", *made_by["data"]]  # sets; empty: the large one
     return Found(
         part=f"{directory} {part}".strip(),

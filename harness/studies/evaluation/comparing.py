@@ -41,7 +41,7 @@ from steadyload.runs.evaluation import ALL, Evaluation, MethodEvaluation, evalua
 from steadyload.runs.judged import JudgedCases, load_judged, manifest_lines
 from steadyload.runs.labels import load_labels
 from steadyload.runs.paper import Paper, paper
-from steadyload.runs.results import LAYOUTS_FILE, kept_file
+from steadyload.runs.results import kept_layouts
 from steadyload.runs.timing import BLOCK
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import share
@@ -311,7 +311,7 @@ def _judged_set(
     evaluation = evaluate(judged, costs=_costs_of(judged, timed, asked))
     best = evaluation.best.method.spec
     against = YARDSTICK if YARDSTICK in judged.keys else best
-    kept = kept_file(ran.folder, LAYOUTS_FILE, judged.manifest)
+    kept = kept_layouts(ran.folder, judged.manifest)
     cases = benchmark.cases.set_index(KEYS).loc[said.index]
     is_planar = ran.definition.benchmark_directory == PLANAR
     right = _right(judged)

@@ -26,7 +26,7 @@ from steadyload.methods.tuned import TUNED, tuned_engines
 from steadyload.runs.able import able_methods, asked_question
 from steadyload.runs.agreement import tuning
 from steadyload.runs.definition import StudyDefinition, StudyError
-from steadyload.runs.labels import labelled_material
+from steadyload.runs.labels import labelled_cases
 from steadyload.runs.results import ResultsError, load_manifest, load_results
 from steadyload.runs.runner import run_study
 from steadyload.runs.timing import BLOCK, Times, timed
@@ -279,9 +279,7 @@ def run(lab: Lab, definition: StudyDefinition, name: str) -> None:
 
 def _timed(lab: Lab, asked: Options, definition: StudyDefinition, folder: Path) -> Timed:
     fewer = dataclasses.replace(definition, limit=min(asked.timed, asked.limit or asked.timed))
-    cases = {
-        (layout.name, str(scenario)): layout for scenario, layout in labelled_material(fewer).cases
-    }
+    cases = {(layout.name, str(scenario)): layout for scenario, layout in labelled_cases(fewer)}
     untimed, refused = _not_judged(folder, list(cases))
     for case in set().union(*refused.values()):
         del cases[case]

@@ -16,7 +16,7 @@ from steadyload.runs.agreement import COMMON, AgreementMatrix, agreement_matrix,
 from steadyload.runs.answers import judged_layouts, listed_cases
 from steadyload.runs.evaluation import ALL, Evaluation, MethodEvaluation, cheapest_near, evaluate
 from steadyload.runs.judged import JudgedCases, load_judged, manifest_lines
-from steadyload.runs.results import LAYOUTS_FILE, kept_file
+from steadyload.runs.results import kept_layouts
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import agreement, mean, same
 from steadyload.studies.report.disagreements import Disagreement, disagreements, most_divided
@@ -146,7 +146,7 @@ def compare(directory: str | Path) -> Found:
     directory = Path(directory)
     judged = load_judged(directory)
     manifest, results, said, keys = judged.manifest, judged.results, judged.said, judged.keys
-    kept, divided = kept_file(directory, LAYOUTS_FILE, manifest), most_divided(judged)
+    kept, divided = kept_layouts(directory, manifest), most_divided(judged)
     layouts = judged_layouts(judged, kept, {*listed_cases(judged), *divided})
     evaluation = evaluate(judged)
     first = results.drop_duplicates("method").set_index("method")["parameters"]

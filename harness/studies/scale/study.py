@@ -26,10 +26,20 @@ class Scale(Study["Found"]):
         least=_FEWEST,
     )
 
+    layouts: int = option(
+        100_000,
+        "of the largest study in blocks, likewise (default: 100000)",
+        least=_FEWEST,
+    )
+
     def run(self, lab: Lab) -> Found:
         """Needs of studies of ever more rows."""
         from steadyload.studies.scale.measuring import measured
 
-        largest = self.rows - self.rows % _FEWEST
-        counts = [largest // 10**k for k in range(8) if largest // 10**k >= _FEWEST]
-        return measured(counts[::-1], lab)
+        return measured(_rising(self.rows), _rising(self.layouts), lab)
+
+
+def _rising(most: int) -> list[int]:
+    """A number, a tenth of it, a hundredth, ..., from small to large."""
+    largest = most - most % _FEWEST
+    return [n for k in range(7, -1, -1) if (n := largest // 10**k) >= _FEWEST]
