@@ -206,7 +206,7 @@ class _Layouts:
         """
         if len({*self._names}) < len(self._names):
             raise _NotPlainError
-        arrays = {key: np.concatenate(parts) for key, parts in self._arrays.items()}
+        arrays: dict[str, Any] = {key: np.concatenate(parts) for key, parts in self._arrays.items()}
         return checked_batch(
             np.cumsum([0, *self._counts], dtype=np.int64),
             **arrays,

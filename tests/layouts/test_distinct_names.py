@@ -1,4 +1,4 @@
-"""Names that must differ are told apart as a set tells them, whatever their number."""
+"""Repeated names are found as a set finds them, whatever their number."""
 
 import tracemalloc
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from steadyload.layouts.files.limits import MAX_ITEMS
 from steadyload.layouts.files.record import DECK_KEYS
-from steadyload.layouts.model.batch import LayoutBatch, checked_batch, valid_batch
+from steadyload.layouts.model.batch import LayoutBatch, checked_batch
 from steadyload.layouts.model.batch_checks import Pallets
 from steadyload.layouts.model.layout import FloatArray, Layout, LayoutError, Pallet
 
@@ -179,7 +179,7 @@ def batch_of(rows: pa.RecordBatch, deck: Mapping[str, Any] | None = None) -> Lay
 def written_batch(rows: pa.RecordBatch) -> LayoutBatch:
     """The batch of rows that :func:`rows_of` made, which is not checked again."""
     *arrays, more = _read(rows, {})
-    return valid_batch(*arrays, **more)
+    return checked_batch(*arrays, **more, known=True)
 
 
 def _read(rows: pa.RecordBatch, deck: Mapping[str, Any]) -> list[Any]:

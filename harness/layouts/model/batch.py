@@ -254,19 +254,22 @@ def checked_batch(
     pallets: Pallets,
     names: tuple[str, ...],
     ids: tuple[str, ...] = (),
+    known: bool = False,
 ) -> LayoutBatch:
     """The batch on some arrays of the right types and shapes, if all of its layouts are valid.
 
     The arrays are not copied, and read-only from then on; they are those of
-    :meth:`LayoutBatch.from_arrays`.
+    :meth:`LayoutBatch.from_arrays`. Where they are ``known`` to be valid, nothing is checked.
 
     Raises:
         LayoutError: that of the first layout that is not valid.
     """
-    refuse_unnamed(names)
     arrays = _arrays(lower, sizes, weights, mass_offsets)
-    with np.errstate(invalid="ignore"):
-        invalid = first_invalid(starts, arrays, pallets, ids)
+    invalid = None
+    if not known:
+        refuse_unnamed(names)
+        with np.errstate(invalid="ignore"):
+            invalid = first_invalid(starts, arrays, pallets, ids)
     if invalid is not None:
         own = slice(starts[invalid], starts[invalid + 1])
         raise _error_of(
@@ -277,31 +280,6 @@ def checked_batch(
                 ids=ids[own],
             )
         )
-    return _batch_on(starts, arrays, pallets, names, ids)
-
-
-def valid_batch(
-    starts: NDArray[np.int64],
-    lower: FloatArray,
-    sizes: FloatArray,
-    weights: FloatArray,
-    mass_offsets: FloatArray,
-    *,
-    pallets: Pallets,
-    names: tuple[str, ...],
-    ids: tuple[str, ...] = (),
-) -> LayoutBatch:
-    """As :func:`checked_batch`, of layouts that are known to be valid."""
-    return _batch_on(starts, _arrays(lower, sizes, weights, mass_offsets), pallets, names, ids)
-
-
-def _batch_on(
-    starts: NDArray[np.int64],
-    arrays: dict[str, FloatArray],
-    pallets: Pallets,
-    names: tuple[str, ...],
-    ids: tuple[str, ...],
-) -> LayoutBatch:
     return LayoutBatch(
         starts,
         **arrays,

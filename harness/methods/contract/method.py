@@ -321,37 +321,37 @@ class Method(ABC):
         Raises:
             NumberError: the timeout is no finite number above 0.
         """
-        seconds_allowed(timeout)
+        watch = Stopwatch()  # to make a batch of layouts is a part of judging them
         given = layouts if isinstance(layouts, LayoutBatch) else list(layouts)
         try:
             batch = given if isinstance(given, LayoutBatch) else LayoutBatch.of(given)
-            found = self.findings(batch, timeout=timeout)
+            found = self.findings(batch, timeout=timeout, watch=watch)
         except NotBatchedError:
             return [self.judge(layout, timeout=timeout) for layout in given]
         return found.verdicts(batch.item_counts.tolist())
 
-    def findings(self, batch: LayoutBatch, *, timeout: float | None = None) -> BatchFindings:
+    def findings(
+        self, batch: LayoutBatch, *, timeout: float | None = None, watch: Stopwatch | None = None
+    ) -> BatchFindings:
         """Judge a batch as :meth:`judge_many` does, without an object a layout that is stable.
 
         Args:
-            batch: the layouts.
+            batch: any valid layouts.
             timeout: of :meth:`judge`, for each layout that is judged by itself.
+            watch: that runs already; None for one from now on.
 
         Raises:
-            NotBatchedError: the method judges one layout at a time.
-            NumberError: the timeout is no finite number above 0.
+            NotBatchedError, NumberError: see :meth:`evaluate` and :meth:`judge`.
         """
         seconds_allowed(timeout)
-        watch = Stopwatch()
-        found = self.evaluate(batch)
+        watch, found = watch or Stopwatch(), self.evaluate(batch)
         fails, apart = found.failing_step >= 0, dict[int, Finding]()
         for k in np.flatnonzero(fails | (found.status != Status.DONE)).tolist():
             if found.finding is None or not fails[k]:
                 apart[k] = finding_by(partial(self._judge, batch[k]), Stopwatch(timeout))
             else:
                 apart[k] = found.finding(k)
-        cpu, wall = (spent.shared(len(batch)) for spent in watch.stop())
-        return BatchFindings(apart, cpu, wall)
+        return BatchFindings(apart, *(spent.shared(len(batch)) for spent in watch.stop()))
 
     @property
     def batched(self) -> bool:
