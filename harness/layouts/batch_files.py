@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
 from itertools import chain
 from pathlib import Path
@@ -31,6 +31,9 @@ _log = logging.getLogger("steadyload")
 
 _BLOCK_BYTES = 64 * 1024
 """Bytes of a JSON file that are parsed at a time: objects of more leave a processor's caches."""
+
+_ITEMS = 500
+"""Items of layouts that are held as objects, or those of one layout more."""
 
 
 def read_batch(path: str | Path, **reading: Unpack[Reading]) -> LayoutBatch:
@@ -60,20 +63,37 @@ def read_batch(path: str | Path, **reading: Unpack[Reading]) -> LayoutBatch:
 
 
 def _batches(path: str | Path, reading: Reading) -> Iterator[LayoutBatch]:
-    """The layouts of a file, those that are objects together."""
+    def valid() -> Iterator[LayoutBatch | Layout]:
+        for entry in scan_batches(path, **reading):
+            if isinstance(entry, Refused):
+                raise entry.error
+            yield entry
+
+    return (batch for batch, _ in in_batches(valid()))
+
+
+def in_batches(
+    entries: Iterable[LayoutBatch | Layout],
+) -> Iterator[tuple[LayoutBatch, Sequence[Layout]]]:
+    """The same layouts as batches, each with the layouts that it was made of: none for one given.
+
+    Args:
+        entries: layouts, of which some come as batches.
+    """
     singles: list[Layout] = []
-    for entry in scan_batches(path, **reading):
-        if isinstance(entry, Refused):
-            raise entry.error
-        if isinstance(entry, Layout):
+    items = 0
+    for entry in entries:
+        given = isinstance(entry, LayoutBatch)
+        if not given:
             singles.append(entry)
-            continue
-        if singles:
-            yield LayoutBatch.of(singles)
-            singles = []
-        yield entry
+            items += len(entry)
+        if singles and (given or items >= _ITEMS):
+            yield LayoutBatch.of(singles), singles
+            singles, items = [], 0
+        if given:
+            yield entry, ()
     if singles:
-        yield LayoutBatch.of(singles)
+        yield LayoutBatch.of(singles), singles
 
 
 def plain_batch(path: str | Path, reading: Reading) -> LayoutBatch | None:

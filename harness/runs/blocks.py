@@ -19,6 +19,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from steadyload.atomic import without_link, write_atomically
+from steadyload.layouts.batch_files import in_batches
 from steadyload.layouts.files.parquet_layouts import (
     parquet_of,
     rows_of,
@@ -42,9 +43,6 @@ Loads = Sequence[Sequence[float | None]]
 BLOCK_LAYOUTS, BLOCK_ITEMS = 20_000, 250_000
 """Most layouts and boxes of a block, which has one layout or more."""
 
-_ITEMS = 500
-"""Items of layouts that are held as objects, or those of one layout more."""
-
 
 @dataclass(frozen=True, slots=True)
 class Block:
@@ -66,9 +64,9 @@ def blocks_of(entries: Iterable[LayoutBatch | Layout]) -> Iterator[Block]:
     waiting: list[LayoutBatch] = []
     loads: list[Sequence[float | None]] = []
     count = items = 0
-    for batch, own in _batches(entries):
+    for batch, singles in in_batches(entries):
         waiting.append(batch)
-        loads += own
+        loads += [layout.max_loads for layout in singles] or [()] * len(batch)
         count, items = count + len(batch), items + len(batch.weights)
         if count >= BLOCK_LAYOUTS or items > BLOCK_ITEMS:
             joined, start = LayoutBatch.joined(waiting), 0
@@ -79,29 +77,6 @@ def blocks_of(entries: Iterable[LayoutBatch | Layout]) -> Iterator[Block]:
             count, items = len(waiting[0]), len(waiting[0].weights)
     if count:
         yield _block(LayoutBatch.joined(waiting), loads)
-
-
-def _batches(
-    entries: Iterable[LayoutBatch | Layout],
-) -> Iterator[tuple[LayoutBatch, Sequence[Sequence[float | None]]]]:
-    """The same layouts as batches, each with the loads that its items may bear."""
-    singles: list[Layout] = []
-    items = 0
-
-    def together() -> tuple[LayoutBatch, Sequence[Sequence[float | None]]]:
-        return LayoutBatch.of(singles), [layout.max_loads for layout in singles]
-
-    for entry in entries:
-        if not isinstance(entry, LayoutBatch):
-            singles.append(entry)
-            items += len(entry)
-        if singles and (items >= _ITEMS or isinstance(entry, LayoutBatch)):
-            yield together()
-            singles, items = [], 0
-        if isinstance(entry, LayoutBatch):
-            yield entry, [()] * len(entry)
-    if singles:
-        yield together()
 
 
 def _block_end(batch: LayoutBatch, start: int) -> int | None:

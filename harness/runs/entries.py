@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import os
 import pickle
 import tempfile
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import Generic, Self, TypeVar, Unpack
+from typing import Self, Unpack
 
 from steadyload.layouts.files.record import Refused
 from steadyload.layouts.files.refusals import Refusals
@@ -19,8 +18,6 @@ from steadyload.reading import naming
 
 Entry = tuple[str, Layout | Refused]
 """The name of a file, and a layout of it."""
-
-One = TypeVar("One", bound=Layout | Refused)
 
 _IN_MEMORY = 8 * 1024**2
 """Bytes up to which there is no file."""
@@ -61,64 +58,13 @@ def scan_entries(
                 return
 
 
-class Spool(Generic[One]):
-    """Layouts in a temporary file, each with a word on it, handed out in turn and in their order.
-
-    They can be iterated again, one iteration at a time, and are not checked again. Leaving its
-    ``with`` block removes the file, as does the end of the process.
-
-    Raises:
-        OSError: there is no room for temporary files.
-    """
-
-    def __init__(self) -> None:
-        self._count, self._items = 0, 0
-        self._block: list[tuple[str, One]] = []
-        self._file = tempfile.SpooledTemporaryFile(_IN_MEMORY)  # noqa: SIM115 - left by __exit__
-
-    def add(self, word: str, one: One) -> None:
-        """Keep one more; none may be added while they are iterated."""
-        self._block.append((word, one))
-        self._count += 1
-        self._items += len(one) if isinstance(one, Layout) else 1
-        if self._items >= _ITEMS:
-            self._write()
-
-    def _write(self) -> None:
-        content = pickle.dumps(_packed(self._block), pickle.HIGHEST_PROTOCOL)
-        self._block, self._items = [], 0
-        with naming(tempfile.gettempdir()):
-            self._file.seek(0, os.SEEK_END)
-            self._file.write(len(content).to_bytes(_PREFIX, "little"))
-            self._file.write(content)
-            self._file.flush()
-
-    def __len__(self) -> int:
-        return self._count
-
-    def __iter__(self) -> Iterator[tuple[str, One]]:
-        if self._block:
-            self._write()
-        self._file.seek(0)
-        while prefix := self._file.read(_PREFIX):
-            content = self._file.read(int.from_bytes(prefix, "little"))
-            places, layouts = pickle.loads(content)  # noqa: S301 - what was written here
-            valid = iter(layouts)
-            for word, refused in places:
-                yield word, next(valid) if refused is None else refused
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *raised: object) -> None:
-        self._file.close()
-
-
-class Entries(Spool[Layout | Refused]):
-    """Entries that are known to be all there are, without being held in memory.
+class Entries:
+    """Entries that are known to be all there are, in a temporary file, handed out in their order.
 
     Making it takes all of the iterable, so that whatever is wrong with a file is raised before the
-    first entry is handed out, and a file is read once, be it a pipe or changed meanwhile.
+    first entry is handed out, and a file is read once, be it a pipe or changed meanwhile. Entries
+    can be iterated again, one iteration at a time, and are not checked again. Leaving its ``with``
+    block removes the file, as does the end of the process.
 
     Args:
         entries: what is kept.
@@ -133,36 +79,72 @@ class Entries(Spool[Layout | Refused]):
     """
 
     def __init__(self, entries: Iterable[Entry]) -> None:
-        super().__init__()
         self.refused = Refusals()
         self.sizes: set[int] = set()
+        self._count = 0
+        self._file = tempfile.SpooledTemporaryFile(_IN_MEMORY)  # noqa: SIM115 - left by __exit__
         try:
-            for file, one in entries:
-                self.add(file, one)
-                if isinstance(one, Refused):
-                    self.refused.add(str(one.error))
-                else:
-                    self.sizes.add(len(one))
-            self._write()
+            for block in self._blocks(entries):
+                content = pickle.dumps(_packed(block), pickle.HIGHEST_PROTOCOL)
+                with naming(tempfile.gettempdir()):
+                    self._file.write(len(content).to_bytes(_PREFIX, "little"))
+                    self._file.write(content)
+                    self._file.flush()
         except BaseException:
             self._file.close()
             raise
 
+    def _blocks(self, entries: Iterable[Entry]) -> Iterator[list[Entry]]:
+        block: list[Entry] = []
+        items = 0
+        for file, one in entries:
+            block.append((file, one))
+            self._count += 1
+            if isinstance(one, Refused):
+                self.refused.add(str(one.error))
+                items += 1
+            else:
+                self.sizes.add(len(one))
+                items += len(one)
+            if items >= _ITEMS:
+                yield block
+                block, items = [], 0
+        if block:
+            yield block
+
     @property
     def valid(self) -> int:
         """Number of layouts that can be judged."""
-        return len(self) - self.refused.count
+        return self._count - self.refused.count
+
+    def __len__(self) -> int:
+        return self._count
+
+    def __iter__(self) -> Iterator[Entry]:
+        self._file.seek(0)
+        while prefix := self._file.read(_PREFIX):
+            content = self._file.read(int.from_bytes(prefix, "little"))
+            files, layouts = pickle.loads(content)  # noqa: S301 - what was written here
+            valid = iter(layouts)
+            for file, refused in files:
+                yield file, next(valid) if refused is None else refused
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *raised: object) -> None:
+        self._file.close()
 
 
 def _packed(
-    block: Sequence[tuple[str, Layout | Refused]],
+    block: Sequence[Entry],
 ) -> tuple[list[tuple[str, Refused | None]], LayoutBatch | list[Layout]]:
-    """Entries in parts: word and refusal of each, and the layouts of those that are not refused.
+    """Entries in parts: file and refusal of each, and the layouts of those that are not refused.
 
     As a batch layouts take half the time and bytes, but it has no place for the load that an item
     may bear.
     """
-    places = [(word, None if isinstance(one, Layout) else one) for word, one in block]
+    files = [(file, one if isinstance(one, Refused) else None) for file, one in block]
     layouts = [one for _, one in block if isinstance(one, Layout)]
     bearing = any(item.max_load is not None for one in layouts for item in one.items)
-    return places, layouts if bearing else LayoutBatch.of(layouts)
+    return files, layouts if bearing else LayoutBatch.of(layouts)
