@@ -164,12 +164,18 @@ def test_what_is_not_stated_has_a_default():
     assert_equal_batches(empty, LayoutBatch.of([]))
 
 
-def test_pallets_may_be_given_by_their_sizes():
-    sizes = np.array([[100.0, 50.0, 80.0], [90.0, 60.0, 100.0], [100.0, 50.0, 80.0]])
-    three = {"starts": range(4), "positions": np.zeros((3, 3)), "sizes": np.ones((3, 3))}
-    batch = LayoutBatch.from_arrays(**three, weights=[1, 1, 1], pallets=sizes)
+@pytest.mark.parametrize("which", ["0", "010", "0011", "0110", "01120"])
+def test_pallets_may_be_given_by_their_sizes(which):
+    kinds = np.array([[100.0, 50.0, 80.0], [90.0, 60.0, 100.0], [100.0, 60.0, 80.0]])
+    sizes, count = kinds[list(map(int, which))], len(which)
+    arrays = {"starts": range(count + 1), "weights": np.ones(count)}
+    arrays |= {"positions": np.zeros((count, 3)), "sizes": np.ones((count, 3))}
+    batch = LayoutBatch.from_arrays(**arrays, pallets=sizes)
     assert batch.pallets == tuple(Pallet(*size) for size in sizes.tolist())
-    assert batch.pallets[0] is batch.pallets[2]
+    assert len(set(map(id, batch.pallets))) == len(set(which))
+    sizes[-1] = 0.0
+    with pytest.raises(LayoutError, match=f'layout "{count - 1}": pallet width is 0 cm'):
+        LayoutBatch.from_arrays(**arrays, pallets=sizes)
 
 
 @pytest.mark.parametrize(

@@ -60,15 +60,17 @@ class Pallets:
         Raises:
             LayoutError: one is not allowed; it states the number of the first layout that has it.
         """
+        other = np.concatenate(([True], (sizes[1:] != sizes[:-1]).any(axis=1)))[: len(sizes)]
+        firsts = np.flatnonzero(other)  # of layouts in a row that have the same
         places: dict[tuple[float, ...], int] = {}
-        which = [places.setdefault(tuple(size), len(places)) for size in sizes.tolist()]
+        which = [places.setdefault(tuple(size), len(places)) for size in sizes[firsts].tolist()]
         kinds = []
         for k, size in enumerate(places):
             try:
                 kinds.append(Pallet(*size, **deck))
             except LayoutError as error:
-                raise error.located(layout=str(which.index(k))) from None
-        return cls(tuple(kinds), np.array(which, dtype=np.int64))
+                raise error.located(layout=str(firsts[which.index(k)])) from None
+        return cls(tuple(kinds), np.array(which, dtype=np.int64)[np.cumsum(other) - 1])
 
     def __post_init__(self) -> None:
         self.which.setflags(write=False)
