@@ -88,9 +88,13 @@ def write(study: Study[Any], work: Path, output: Path, workers: int) -> int:
         work: folder of what is judged.
         output: folder of the page.
         workers: processes that judge.
-    """
-    from steadyload.reports.pages.writing import write_page
 
+    Raises:
+        OSError: the page could not be written, which is known before anything is judged.
+    """
+    from steadyload.reports.pages.writing import prepare_folder, write_page
+
+    prepare_folder(output)
     with ExitStack() as stack:
         if study.resumable:
             stack.enter_context(resumable(work))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import fcntl
 import os
 import re
+import tempfile
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -18,7 +19,7 @@ from steadyload.atomic import (
     not_a_link,
     write_atomically,
 )
-from steadyload.reading import MAX_STORED_BYTES, content_of
+from steadyload.reading import MAX_STORED_BYTES, content_of, naming
 from steadyload.reports.charts.drawing import image
 from steadyload.reports.html import template_text
 from steadyload.reports.pages.page import Page
@@ -52,7 +53,7 @@ def write_page(page: Page, directory: Path, *, name: str = "report.md") -> Path:
         LinkError: the folder of pictures is a link.
         OSError: a file cannot be written.
     """
-    directory.mkdir(parents=True, exist_ok=True)
+    prepare_folder(directory)
     images = {p.name: image(p.figure) for section in page.sections for p in section.drawn}
     files = {
         picture: f"{FIGURES}/{picture}.{checksum(drawn)}{ending}"
@@ -80,6 +81,19 @@ def write_page(page: Page, directory: Path, *, name: str = "report.md") -> Path:
             raise
         _remove(directory, before - shown.keys())
     return path
+
+
+def prepare_folder(directory: Path) -> None:
+    """Make the folder of a page, or raise what would keep a page from being written there.
+
+    Raises:
+        LinkError: the folder of pictures is a link.
+        OSError: it is no folder, or nothing can be written there.
+    """
+    directory.mkdir(parents=True, exist_ok=True)
+    not_a_link(directory / FIGURES)
+    with naming(directory), tempfile.TemporaryFile(dir=directory):
+        pass
 
 
 @contextmanager

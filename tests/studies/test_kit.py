@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from steadyload.atomic import LinkError
+from steadyload.cli.studies import write
 from steadyload.config import ConfigError
 from steadyload.layouts.packing.packing import random_layouts
 from steadyload.reports.columns import row
@@ -176,3 +178,28 @@ def test_a_study_is_named_after_its_package_and_has_its_options():
             raise NotImplementedError
 
     assert Unpublished.pages == ()
+
+
+class Counting(Study[Found]):
+    __module__ = "counting"
+    about, question = "counting", "How many?"
+
+    def run(self, lab: Lab) -> Found:
+        MEASURED.append(1)
+        raise AssertionError("nothing is measured for a page that cannot be written")
+
+
+def test_a_folder_in_which_no_page_can_stand_is_refused_before_anything_is_measured(tmp_path):
+    (tmp_path / "file").touch()
+    (tmp_path / "linked").mkdir()
+    (tmp_path / "linked" / "figures").symlink_to(tmp_path)
+    for place, error in (
+        ("file", FileExistsError), ("file/below", NotADirectoryError), ("linked", LinkError),
+    ):  # fmt: skip
+        with pytest.raises(error, match=place.partition("/")[0]):
+            write(Counting(), tmp_path / "work", tmp_path / place, 1)
+    for folder in ("/proc", "/sys"):  # in which nobody writes, root neither
+        with pytest.raises(OSError, match=folder):
+            write(Counting(), tmp_path / "work", Path(folder), 1)
+    assert MEASURED == []
+    assert not (tmp_path / "work").exists()
