@@ -112,6 +112,7 @@ def places(
     known: Collection[str],
     required: Collection[str],
     error: type[UserError],
+    other: str = "",
 ) -> dict[str, int]:
     """Place of every known column in a header; capitals do not matter.
 
@@ -120,13 +121,15 @@ def places(
         known: names that are allowed, and all that are required.
         required: names that must be there.
         error: what is raised: a column is unknown, missing, or there twice.
+        other: what else may be done about an unknown column.
     """
     names = {name.casefold(): name for name in known}
     found: dict[str, int] = {}
     for place, stated in enumerate(header):
         name = names.get(stated.strip().casefold())
         if name is None:
-            raise error(f"has the unknown column {shown(stated)}; {nearest(stated.strip(), known)}")
+            close = nearest(stated.strip(), known)
+            raise error(f"has the unknown column {shown(stated)}; {close}{other}")
         if name in found:
             raise error(f"has the column {name!r} twice; allowed: once")
         found[name] = place

@@ -52,6 +52,9 @@ Given = tuple[FloatArray, NDArray[np.bool_]]
 """Numbers of a column, and whether each is given."""
 
 
+_OF_OTHER_COLUMNS = "; a profile (--profile) says which columns have other names or are ignored"
+
+
 def read_motion(
     path: str | Path,
     *,
@@ -135,9 +138,8 @@ def _places(
             )
     kept = [(place, name) for place, name in enumerate(header) if name not in ignored]
     ours = [named.get(name, name) for _, name in kept]
-    return {
-        name: kept[place][0] for name, place in places(ours, KNOWN, REQUIRED, MotionError).items()
-    }
+    found = places(ours, KNOWN, REQUIRED, MotionError, _OF_OTHER_COLUMNS)
+    return {name: kept[place][0] for name, place in found.items()}
 
 
 def _check_frames(count: int) -> None:

@@ -194,7 +194,9 @@ def test_names_and_constants_of_the_caller(tmp_path):
     named = {"columns": {"trial": "toss", "time": "t"}, "ignored": ["frame"]}
     [trial] = read_motion(path, **named, constants={"mass": 0.5})
     assert (trial.name, trial.body.mass, trial.body.size) == ("7", 0.5, None)
-    assert "unknown column 'toss'" in refusal(path)
+    assert "unknown column 'toss'; allowed: friction, " in refusal(path)
+    assert refusal(path).endswith("; a profile (--profile) says which columns have other names or "
+                                  "are ignored")  # fmt: skip
     assert "has no column 'toss'" in refusal(file_of(tmp_path), **named)
 
 
