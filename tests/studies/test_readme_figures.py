@@ -1,6 +1,8 @@
 """README says what the published pages say."""
 
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
@@ -57,3 +59,39 @@ def test_every_figure_of_an_answer_of_the_readme_is_on_the_page_that_it_links():
         assert set(figures) <= known, question
         told += len(figures)
     assert told > 15
+
+
+def test_a_script_without_this_package_recomputes_ten_figures():
+    script = ROOT / "docs" / "recompute.py"
+    text = script.read_text()
+    assert text.count("\n") <= 60
+    assert not re.search(r"^\s*(?:from|import) steadyload", text, re.MULTILINE)
+    ran = subprocess.run([sys.executable, script], capture_output=True, text=True, check=True)
+    found = dict(line.rsplit(": ", 1) for line in ran.stdout.splitlines())
+    assert len(found) == 10
+    readme = (ROOT / "README.md").read_text()
+    _, rows = table(readme, "## What came out")
+    _, answers = table(readme, "| question")
+    within = {
+        "sme": "SME", "equilibrium:time=0.3": "Equilibrium (time=0.3)", "lstm_e": "LSTM_e",
+        "ps_opt@mujoco": "PS_opt @ mujoco", "cascade@mujoco": "Cascade @ mujoco",
+    }  # fmt: skip
+    for spec, name in within.items():
+        assert rows[name][2].split()[0] == found[spec], spec
+    assert rows["Cascade @ mujoco"][6].split()[0] == found["cascade@mujoco:question=stands"]
+    _, real = answers["Which method for layouts of real size?"]
+    for spec, words in (
+        ("ps_opt@rapier", "for *within 0.3 s* `ps_opt@rapier` is right on {} %"),
+        ("ps_opt@rapier:question=stands", "for *stands* on {} %"),
+    ):
+        assert words.format(found[f"{spec}, real size"]) in real
+    _, engines = answers["Does the engine matter?"]
+    for sets, words in (
+        (
+            4,
+            "our parameters {} % come with the parameters, {} % with the engine and {} % with both",
+        ),
+        (2, "`ps_opt` and `label` alone {}, {} and {} %"),
+    ):
+        shares = found[f"parameters, engine, both; {sets} sets"].split(", ")
+        assert words.format(*shares) in engines

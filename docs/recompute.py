@@ -1,0 +1,60 @@
+"""Ten figures of README from the rows of the published pages; needs pandas and pyarrow alone.
+
+A row is a verdict on a case; it is right where it names the failing step of the label, if any.
+"""
+
+import fnmatch
+import io
+import tarfile
+from pathlib import Path
+
+import pandas as pd
+
+ROWS = Path(__file__).parents[1] / "reports" / "rows"
+CASE = ["layout", "scenario"]
+METHODS = ("sme", "equilibrium:time=0.3", "lstm_e", "ps_opt@mujoco", "cascade@mujoco")
+STANDS = ":question=stands"
+ENGINES = ("bullet", "dart", "mujoco", "physx", "rapier")
+PARAMETERS = ("ps3-literal", "ps_opt-paper", "ps_opt", "label")
+
+
+def verdicts(page, folder):
+    """All verdicts of a folder of a page's rows, each beside the labels of its case."""
+    with tarfile.open(ROWS / f"{page}.tar.xz") as archive:
+        names = fnmatch.filter(archive.getnames(), f"{folder}/*.parquet")
+        files = {name: io.BytesIO(archive.extractfile(name).read()) for name in names}
+    read = {name: pd.read_parquet(file) for name, file in files.items()}
+    labels = read.pop(f"{folder}/labels.parquet").drop(columns="item_count")
+    return pd.concat(read.values()).merge(labels, on=CASE, suffixes=("", "_label"))
+
+
+def accuracy(found, method):
+    """Percentage of the cases that have a label of its question on which a method is right."""
+    own, label = found[found["method"] == method], "failing_step_label"
+    if STANDS in method:
+        own, label = own[own["stands"] == "done"], "failing_step_stands"
+    same = own["failing_step"].fillna(-1) == own[label].fillna(-1)
+    return 100 * (same & (own["status"] == "done")).mean()
+
+
+def shares(found, parameters):
+    """Percentages of parameters, engine and both in the differences between verdicts on a case."""
+    placed = (found["failing_step"] / found["item_count"]).fillna(1.0)
+    done = found.assign(placed=placed)[found["status"] == "done"]
+    specs = [f"{own}@{engine}" for own in parameters for engine in ENGINES]
+    table = done.pivot(index=CASE, columns="method", values="placed")[specs].dropna()
+    cases = table.to_numpy().reshape(-1, len(parameters), len(ENGINES))
+    cases = cases - cases.mean(axis=(1, 2), keepdims=True)
+    own, engine = ((cases.mean(axis=k) ** 2).sum() * cases.shape[k] for k in (2, 1))
+    whole = (cases**2).sum()
+    return ", ".join(f"{100 * part / whole:.1f}" for part in (own, engine, whole - own - engine))
+
+
+lists, real = verdicts("evaluation", "spatial"), verdicts("evaluation_real", "real")
+for method in (*METHODS, f"cascade@mujoco{STANDS}"):
+    print(f"{method}: {accuracy(lists, method):.1f}")
+for method in ("ps_opt@rapier", f"ps_opt@rapier{STANDS}"):
+    print(f"{method}, real size: {accuracy(real, method):.1f}")
+judged = verdicts("engines", "sources/lists")
+for own in (PARAMETERS, PARAMETERS[2:]):
+    print(f"parameters, engine, both; {len(own)} sets: {shares(judged, own)}")
