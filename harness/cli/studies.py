@@ -92,9 +92,9 @@ def write(study: Study[Any], work: Path, output: Path, workers: int) -> int:
     Raises:
         OSError: the page could not be written, which is known before anything is judged.
     """
-    from steadyload.reports.pages.writing import prepare_folder, write_page
+    from steadyload.reports.pages.writing import check_folder, write_page
 
-    prepare_folder(output)
+    check_folder(output)
     with ExitStack() as stack:
         if study.resumable:
             stack.enter_context(resumable(work))

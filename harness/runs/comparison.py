@@ -9,7 +9,7 @@ that answer one question together.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Hashable, Iterable, Mapping
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import combinations
@@ -27,7 +27,7 @@ from steadyload.runs.judged import JudgedCases
 from steadyload.statistics.clusters import Clusters, Labels
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import mean, share
-from steadyload.statistics.paired import LEVEL, holm, letters, sign_flip
+from steadyload.statistics.paired import LEVEL, detectable, holm, letters, sign_flip
 
 M = TypeVar("M", bound=Hashable)
 """What names a method."""
@@ -101,6 +101,14 @@ class Family(Generic[M]):
         """The smallest corrected p that is possible with so many clusters and tests."""
         return min(1.0, len(self.tests) * 2.0 ** (1 - len(self.sizes)))
 
+    @property
+    def alike(self) -> Alike[M]:
+        """The tests that find no significant difference, and what they could have found."""
+        tests = [test for test in self.tests if not test.significant]
+        shown = [detectable(test.difference, len(self.sizes), len(self.tests)) for test in tests]
+        some = [least for least in shown if 0.0 < least < math.inf]
+        return Alike(tests, len(self.tests), (min(some), max(some)) if some else ())
+
     def of(self, first: M, second: M) -> PairTest[M]:
         """The test of two methods, turned where they were tested in reverse order.
 
@@ -131,6 +139,22 @@ class Family(Generic[M]):
         others = dict.fromkeys(m for test in self.tests for m in (test.first, test.second))
         tests = _corrected(self.of(method, against) for method in others if method != against)
         return Family(tests, self.sizes, against)
+
+
+@dataclass(frozen=True, slots=True)
+class Alike(Generic[M]):
+    """What a family of tests finds no significant difference of.
+
+    Attributes:
+        tests: that find none.
+        others: number of all tests of the family.
+        shown: least and largest difference of accuracies that the set shows of these pairs, see
+            :func:`steadyload.statistics.paired.detectable`; empty where it shows none.
+    """
+
+    tests: Sequence[PairTest[M]]
+    others: int
+    shown: tuple[float, float] | tuple[()]
 
 
 @dataclass(frozen=True, slots=True)

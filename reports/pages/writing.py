@@ -19,7 +19,7 @@ from steadyload.atomic import (
     not_a_link,
     write_atomically,
 )
-from steadyload.reading import MAX_STORED_BYTES, content_of, naming
+from steadyload.reading import MAX_STORED_BYTES, content_of
 from steadyload.reports.charts.drawing import image
 from steadyload.reports.html import template_text
 from steadyload.reports.pages.page import Page
@@ -53,7 +53,7 @@ def write_page(page: Page, directory: Path, *, name: str = "report.md") -> Path:
         LinkError: the folder of pictures is a link.
         OSError: a file cannot be written.
     """
-    prepare_folder(directory)
+    directory.mkdir(parents=True, exist_ok=True)
     images = {p.name: image(p.figure) for section in page.sections for p in section.drawn}
     files = {
         picture: f"{FIGURES}/{picture}.{checksum(drawn)}{ending}"
@@ -83,17 +83,20 @@ def write_page(page: Page, directory: Path, *, name: str = "report.md") -> Path:
     return path
 
 
-def prepare_folder(directory: Path) -> None:
-    """Make the folder of a page, or raise what would keep a page from being written there.
+def check_folder(directory: Path) -> None:
+    """Raise what would keep a page from being written into a folder, which is not made yet.
 
     Raises:
         LinkError: the folder of pictures is a link.
         OSError: it is no folder, or nothing can be written there.
     """
-    directory.mkdir(parents=True, exist_ok=True)
     not_a_link(directory / FIGURES)
-    with naming(directory), tempfile.TemporaryFile(dir=directory):
-        pass
+    there = next(path for path in (directory, *directory.parents) if os.path.lexists(path))
+    try:
+        with tempfile.TemporaryFile(dir=there):
+            pass
+    except OSError as error:
+        raise type(error)(error.errno, error.strerror, str(there)) from None
 
 
 @contextmanager

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 from scipy.stats import binomtest, permutation_test
 
-from steadyload.statistics.paired import holm, letters, sign_flip
+from steadyload.statistics.estimate import Estimate
+from steadyload.statistics.metrics import mean
+from steadyload.statistics.paired import LEVEL, detectable, holm, letters, sign_flip
 
 
 def enumerated(differences, clusters):
@@ -93,3 +95,32 @@ def test_letters_go_on_after_z():
     names = [f"m{k}" for k in range(30)]
     found = letters(names, set(combinations(names, 2)))
     assert [found[n] for n in ("m0", "m25", "m26", "m29")] == ["a", "z", "aa", "ad"]
+
+
+@pytest.mark.parametrize("tests", [1, 43])
+@pytest.mark.parametrize("alike", [0.0, 0.2])
+def test_a_difference_that_a_set_shows_is_found_in_four_of_five_sets(tests, alike):
+    random = np.random.default_rng(7)
+    clusters, size = np.repeat(np.arange(90), 10), 10
+
+    def drawn(true):
+        """Cases on which one of two methods alone is right; lists have a bias of their own."""
+        bias = np.repeat(random.normal(true, alike, 90), size)
+        return np.sign(bias + random.uniform(-1.0, 1.0, len(clusters))) * (
+            random.random(len(clusters)) < 0.2
+        )
+
+    shown = np.mean([detectable(mean(drawn(0.0), clusters), 90, tests) for _ in range(20)])
+    sets = [drawn(shown / 0.2) for _ in range(500)]
+    assert np.mean(sets) == pytest.approx(shown, rel=0.1)
+    found = np.mean([sign_flip(own, clusters) < LEVEL / tests for own in sets])
+    assert 0.7 < found < 0.9
+
+
+def test_what_no_test_can_find_is_not_shown():
+    few = Estimate(0.1, -0.1, 0.3, 9)
+    for clusters in (1, 3):  # all lists on one side: p = 2 / 2^3
+        assert sign_flip(np.ones(clusters), np.arange(clusters)) > LEVEL
+        assert detectable(few, clusters) == np.inf
+    assert 0.1 < detectable(few, 9) < 1.0
+    assert detectable(Estimate(0.0, 0.0, 0.0, 9), 9) == 0.0

@@ -29,7 +29,7 @@ from steadyload.runs.labels import load_labels
 from steadyload.runs.paper import paper
 from steadyload.runs.runner import run_study
 from steadyload.statistics.metrics import mean, share
-from steadyload.statistics.paired import holm
+from steadyload.statistics.paired import detectable, holm
 from steadyload.studies.evaluation import judging
 from steadyload.studies.evaluation.comparing import (
     JudgedSet,
@@ -394,9 +394,10 @@ def test_the_page_compares_every_method_with_the_best_alone():
     own = judged(evaluation=shown, tests={ALL: tests}, tunings=tunings(SIMULATED),
                  timing=types.SimpleNamespace(yardstick=None))  # fmt: skip
     mine = tests.versus(own.best.method).tests
-    alike, others = own.alike
-    assert alike == [t for t in mine if not t.significant]
-    assert 0 < len(alike) < others == len(mine) == 5
+    assert own.alike.tests == [t for t in mine if not t.significant]
+    assert 0 < len(own.alike.tests) < own.alike.others == len(mine) == 5
+    shown = [detectable(t.difference, 40, 5) for t in own.alike.tests]
+    assert own.alike.shown == (min(shown), max(shown))
     [[best, rows]] = own.against.items()
     assert best == own.best.method
     assert [one.test.corrected for one in rows] == [t.corrected for t in mine]

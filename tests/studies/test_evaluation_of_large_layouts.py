@@ -277,8 +277,9 @@ def test_the_page_answers_first(study, found, tmp_path):
     assert "1 of 1 by the label *within*" in text
     assert "FBS: 75.0 [" in first
     for of in found.sets:
-        names = ", ".join(pair.first.title for pair in of.alike[0])
-        assert f"Not significantly different from it: {names or '-'}." in text
+        names = ", ".join(pair.first.title for pair in of.alike.tests)
+        shown = "; the set shows differences of " if of.alike.shown else "."
+        assert f"Not significantly different from it: {names or '-'}{shown}" in text
         [span] = of.spans
         assert span.best.method == of.best.method
         assert [(part.name, part.about.cases) for part in span.origins] == [

@@ -16,7 +16,7 @@ from steadyload.reports.columns import (
     fixed,
 )
 from steadyload.runs.agreement import AgreementMatrix, Pair
-from steadyload.runs.comparison import Family, PairTest
+from steadyload.runs.comparison import Alike, Family, PairTest
 from steadyload.runs.evaluation import (
     ALL,
     Evaluation,
@@ -37,7 +37,6 @@ from steadyload.studies.evaluation.parts import (
     OnLabelledCases,
     OriginBin,
     SizeCost,
-    insignificant,
     size_costs,
 )
 from steadyload.studies.evaluation.rows import (
@@ -120,9 +119,9 @@ class JudgedSet(OnLabelledCases):
         return cheapest_near(self.evaluation.comparable, NEAR)
 
     @property
-    def alike(self) -> tuple[Sequence[PairTest[MethodKey]], int]:
-        """Tests of methods that do not differ significantly from the best, and of how many."""
-        return insignificant(self.tests[ALL].versus(self.best.method))
+    def alike(self) -> Alike[MethodKey]:
+        """Tests of methods that do not differ significantly from the best."""
+        return self.tests[ALL].versus(self.best.method).alike
 
     @cached_property
     def front(self) -> list[MethodEvaluation]:

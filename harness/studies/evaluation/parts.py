@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from steadyload.layouts.sizes import FEWER, SIZES, binned
 from steadyload.methods.naming import MethodKey
 from steadyload.reports.columns import column, milliseconds, percent, row, significant
-from steadyload.runs.comparison import Family, PairTest
+from steadyload.runs.comparison import Alike
 from steadyload.runs.costs import limited_costs
 from steadyload.runs.evaluation import Evaluation, LabelledPart, MethodEvaluation, evaluate
 from steadyload.runs.judged import JudgedCases
@@ -122,9 +122,9 @@ class CasePart(OnLabelledCases):
         return min(medians, key=itemgetter(0))[1] if medians else None
 
     @cached_property
-    def alike(self) -> tuple[Sequence[PairTest[MethodKey]], int]:
-        """Tests of methods that do not differ significantly from the best, and of how many."""
-        return insignificant(self.evaluation.versus(self.best.method.spec))
+    def alike(self) -> Alike[MethodKey]:
+        """Tests of methods that do not differ significantly from the best."""
+        return self.evaluation.versus(self.best.method.spec).alike
 
     @property
     def accuracies(self) -> Sequence[SizeAccuracy]:
@@ -138,11 +138,6 @@ class CasePart(OnLabelledCases):
             ),
             SizeAccuracy(CONSTANT, {name: own.stable for name, own in named.items()}),
         ]
-
-
-def insignificant(family: Family[MethodKey]) -> tuple[Sequence[PairTest[MethodKey]], int]:
-    """Tests of a family that find no significant difference, and the number of all."""
-    return [test for test in family.tests if not test.significant], len(family.tests)
 
 
 def failing_accuracy(evaluation: Evaluation) -> Mapping[str, Estimate]:
