@@ -143,10 +143,10 @@ class Family(Generic[M]):
 
 @dataclass(frozen=True, slots=True)
 class Alike(Generic[M]):
-    """What a family of tests finds no significant difference of.
+    """Tests of a family that find no significant difference.
 
     Attributes:
-        tests: that find none.
+        tests: the tests.
         others: number of all tests of the family.
         shown: least and largest difference of accuracies that the set shows of these pairs, see
             :func:`steadyload.statistics.paired.detectable`; empty where it shows none.

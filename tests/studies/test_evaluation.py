@@ -14,6 +14,7 @@ from steadyload.app.recommend.folder import measured_in
 from steadyload.app.recommend.kept import SPATIAL
 from steadyload.cli import main
 from steadyload.layouts.benchmark import load_benchmark
+from steadyload.layouts.benchmark.dataset import KEYS
 from steadyload.layouts.model.question import Question
 from steadyload.methods import registry
 from steadyload.methods.contract.method import RefusedError, judge
@@ -37,6 +38,7 @@ from steadyload.studies.evaluation.comparing import (
     same_order,
     unlike_the_paper,
 )
+from steadyload.studies.evaluation.crossed import crossed
 from steadyload.studies.evaluation.judging import Options, judged_and_timed, tunings
 from steadyload.studies.evaluation.study import Evaluation
 from steadyload.studies.kit import Lab
@@ -445,3 +447,29 @@ def test_only_like_is_compared_with_like():
     ours = [summary("sme", 0.8), summary("ps3@bullet", 0.9), summary("ps3-literal@bullet", 0.7)]
     assert same_order(printed, ours) == (1, 1)
     assert same_order(printed, ours[:2]) == (0, 0)
+
+
+def of_heuristics(right, names):
+    """Standard errors of a method on cases of layouts with these names."""
+    key = method_key(make_method("sme"))
+    lists = [name.partition("_")[2] for name in names]
+    cases = pd.MultiIndex.from_tuples([(name, "S1") for name in names], names=KEYS)
+    evaluation = types.SimpleNamespace(
+        judged=types.SimpleNamespace(said=pd.DataFrame(index=cases)),
+        compared=lambda: Compared({key: right}, lists),
+    )
+    few = [types.SimpleNamespace(own=types.SimpleNamespace(method=key))]
+    return crossed(types.SimpleNamespace(evaluation=evaluation, few=few))
+
+
+def test_a_method_that_errs_with_a_heuristic_errs_so_on_other_lists():
+    names = [f"H{h}_Class_1_Instance_{k}_ULD_0" for h in range(1, 9) for k in range(30)]
+    by_heuristic = [name.startswith(("H1_", "H2_")) for name in names]
+    [row] = of_heuristics(by_heuristic, names)
+    assert row.by_list == pytest.approx(0.0)
+    assert row.by_both == pytest.approx(100.0 * (0.25 * 0.75 * (1 / 8 - 1 / 240)) ** 0.5)
+    by_list = [k % 3 == 0 for _ in range(8) for k in range(30)]
+    [row] = of_heuristics(by_list, names)
+    assert row.by_list == pytest.approx(100.0 * (2 / 9 / 30) ** 0.5)
+    assert row.ratio == pytest.approx(1.0)
+    assert of_heuristics(by_list, [*names[:-1], "BR6-1 packvium 1"]) == ()

@@ -35,17 +35,17 @@ from steadyload.reports.columns import row
 from steadyload.runs.agreement import AgreementMatrix
 from steadyload.runs.answers import answers_of, judged_layouts, listed_cases
 from steadyload.runs.comparison import compared
-from steadyload.runs.costs import CPU, Costs, limited_costs, load_explained, timed_costs
+from steadyload.runs.costs import CPU, Costs, limited_costs, timed_costs
 from steadyload.runs.definition import StudyError
-from steadyload.runs.evaluation import ALL, Evaluation, MethodEvaluation, evaluate
+from steadyload.runs.evaluation import ALL, MethodEvaluation, evaluate
 from steadyload.runs.judged import JudgedCases, load_judged, manifest_lines
 from steadyload.runs.labels import load_labels
 from steadyload.runs.paper import Paper, paper
 from steadyload.runs.results import kept_layouts
-from steadyload.runs.timing import BLOCK
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import share
 from steadyload.studies.evaluation.costing import growth_of
+from steadyload.studies.evaluation.crossed import Crossed, crossed
 from steadyload.studies.evaluation.delivered import (
     CUSTOMERS,
     DELIVERED,
@@ -77,7 +77,8 @@ from steadyload.studies.evaluation.parts import (
     failing_accuracy,
     origin_masks,
 )
-from steadyload.studies.evaluation.rows import Failing, NoVerdict, Timing
+from steadyload.studies.evaluation.rows import Failing, NoVerdict
+from steadyload.studies.evaluation.timing_pass import timing_of
 from steadyload.studies.evaluation.watched import watched
 from steadyload.studies.kit import Lab
 from steadyload.studies.rankings import Rankings, ranked
@@ -99,6 +100,8 @@ class Found:
         converted: whether PS_3 or PS_5 were judged in a reading converted to SI.
         same_order: pairs of the paper's methods in the same order here, and all pairs.
         rules: methods under other rules; None where these were not asked for.
+        crossed: how far accuracies of the first set lie apart with other heuristics; empty where
+            other software packed it.
         small: whether the first bin of boxes is of small layouts of the large set.
         lost: cases without a verdict.
         origins: who planned the cases; empty where no customer did.
@@ -118,6 +121,7 @@ class Found:
     ceiling: Ceiling | None
     same_order: tuple[int, int]
     rules: Rankings | None
+    crossed: Sequence[Crossed]
     small: bool
     lost: Sequence[NoVerdict]
     origins: Sequence[Origin]
@@ -235,6 +239,7 @@ def compare(
             Lab(lab.work / "rules", lab.workers, lab.progress), asked.methods, rules,
             asked.directory,
         ) if rules and within else None,
+        crossed=crossed(sets[0]),
         small=small is not None,
         lost=without_verdict(
             [one.folder for one in ran.values()],
@@ -328,7 +333,7 @@ def _judged_set(
         question=question,
         evaluation=evaluation,
         layouts=judged.results["layout"].nunique(),
-        timing=_timing(asked, timed, evaluation) if timed else None,
+        timing=timing_of(asked, timed, evaluation) if timed else None,
         # Too few item lists for all pairs of planar methods: no difference could be significant.
         tests={
             group: evaluation.versus(against, group) if is_planar else evaluation.pairs(group)
@@ -381,29 +386,6 @@ def _cpu(judged: JudgedCases, asked: Options) -> pd.DataFrame:
     """CPU times of judging [ms], cases x specs; missing where there is none."""
     taken = _costs_of(judged, None, asked).milliseconds
     return pd.DataFrame({spec: own[CPU] for spec, own in taken.items()}, judged.said.index)
-
-
-def _timing(asked: Options, timed: Timed, evaluation: Evaluation) -> Timing:
-    cpu = timed.times.cpu
-    yardstick = evaluation.judged.keys.get(YARDSTICK) if YARDSTICK in cpu else None
-    others = [spec for spec in cpu if yardstick is not None and spec != YARDSTICK]
-    by_repeat = {spec: own.mean(axis=1) for spec, own in cpu.items()}
-    cases = pd.MultiIndex.from_tuples(timed.cases, names=KEYS)
-    return Timing(
-        yardstick=yardstick,
-        shares={
-            group: {spec: evaluation.cost_ratio(spec, YARDSTICK, group) for spec in others}
-            for group in evaluation.groups
-        },
-        spread={spec: float(np.ptp(means) / means.mean()) for spec, means in by_repeat.items()},
-        layouts=len(timed.cases),
-        item_lists=evaluation.judged.clusters.loc[cases].nunique(),
-        repeats=asked.repeats,
-        block=BLOCK,
-        untimed=timed.untimed,
-        refused=timed.refused,
-        load=load_explained(evaluation.cost_source.load),
-    )
 
 
 def _write_front(own: JudgedSet, made_with: Mapping[str, str], work: Path) -> None:
