@@ -1,0 +1,107 @@
+"""The register of what was chosen and measured on which part is what the files say."""
+
+import json
+import re
+import tarfile
+from collections import defaultdict
+from pathlib import Path
+
+import pytest
+
+from steadyload.layouts.benchmark import load_benchmark
+from steadyload.layouts.benchmark.parts import set_named
+from steadyload.learners.weights import load_weights, shipped_weights
+from steadyload.methods.contract.method import Status
+from steadyload.studies.published import ROWS
+
+ROOT = Path(__file__).parents[2]
+LARGE = "benchmark"
+
+
+def rows(heading):
+    """Cells of the lines of a table of the register."""
+    text = (ROOT / "docs" / "register.md").read_text().partition(f"## {heading}\n")[2]
+    found = re.search(r"(?:^\|.*\n)+", text, re.MULTILINE)
+    _, _, *lines = found[0].splitlines()
+    return [[cell.strip() for cell in line.strip("|").split("|")] for line in lines]
+
+
+def stored(file):
+    return json.loads((ROOT / "harness" / "methods" / file).read_text())
+
+
+def version(made_by):
+    return made_by["versions"]["steadyload"]
+
+
+def searched():
+    """Parts that presets were searched on, and the version, by spec."""
+    for name, engines in stored("tuned.json").items():
+        family, _, question = name.partition(":")
+        for engine, entry in engines.items():
+            source = entry["made_by"]["source"]
+            parts = [f"{source['directory'] or LARGE} {source['part']}"]
+            parts += [f"{other} validation" for other in source.get("data", ())]
+            spec = f"{family}@{engine}" + (f":{question}" if question else "")
+            yield spec, (", ".join(parts), version(entry["made_by"]))
+
+
+def fitted():
+    """The same of thresholds of cascades."""
+    for name, entry in stored("cascades.json").items():
+        if isinstance(entry, dict):
+            made_by = entry["made_by"]
+            parts = [f"{made_by['directory']} fitting"]
+            parts += [f"{other} validation" for other in made_by["data"]]
+            yield f"cascade@{name}", (", ".join(parts), version(made_by))
+
+
+def trained():
+    """The same of networks, of which parts `train` and `validation` take part."""
+    for name in shipped_weights():
+        manifest = load_weights(name).manifest
+        spec = name.replace("-stands", ":question=stands")
+        sets = ", ".join(own["name"] for own in manifest["data"])
+        yield spec, (sets, version(manifest["made_by"]))
+
+
+def test_the_register_has_all_that_was_chosen_and_on_which_parts():
+    said = {
+        spec: (on, when)
+        for what, _, on, when in rows("What was chosen")
+        for spec in re.findall(r"`([^`]+)`", what)
+    }
+    found = dict([*searched(), *fitted(), *trained()])
+    assert said == found
+    assert not any(re.search(r"\btest\b|\blists\b", parts) for parts, _ in found.values())
+
+
+def measured():
+    """Pages by labelled set, of test parts, as the manifests of their rows say."""
+    found = defaultdict(set)
+    for file in (ROOT / ROWS).glob("*.tar.xz"):
+        with tarfile.open(file) as archive:
+            for member in archive:
+                if Path(member.name).name == "manifest.json":
+                    about = json.load(archive.extractfile(member)).get("labels") or {}
+                    if about.get("part") == "test":
+                        found[about.get("set", LARGE)].add(file.name.partition(".")[0])
+    return dict(found)
+
+
+def test_the_register_has_every_page_that_measures_on_a_test_part():
+    own = {"replication"}  # it packs and labels a set of its own
+    said = {
+        what.split()[0].strip("`"): pages.split(", ")
+        for what, _, pages in rows("What was measured")
+    }
+    assert said == {name: sorted(pages - own) for name, pages in measured().items()}
+
+
+@pytest.mark.parametrize("line", rows("What was measured"), ids=lambda line: line[0])
+def test_the_register_counts_item_lists(line):
+    name, count, _ = line
+    name = name.split()[0].strip("`")
+    cases = load_benchmark(None if name == LARGE else set_named(name)).cases
+    own = cases[(cases["split"] == "test") & (cases["status"] == Status.DONE)]
+    assert own["instance"].nunique() == int(count)
