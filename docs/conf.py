@@ -60,6 +60,7 @@ NAVIGATION = {
         "docs/tuning",
         "docs/learners",
         "docs/benchmark",
+        "docs/register",
         "docs/measured",
         "docs/reality",
         "docs/field-test",
