@@ -19,7 +19,7 @@ from steadyload.layouts.sizes import MOST_SMALL
 from steadyload.methods.contract.spec import parse_spec
 from steadyload.methods.naming import MethodKey, named
 from steadyload.runs.definition import AS_GIVEN
-from steadyload.runs.labels import item_lists, load_labels
+from steadyload.runs.labels import LABELS, item_lists, load_labels
 from steadyload.runs.provenance import provenance_lines
 from steadyload.runs.results import KEYS, ResultsError, each_table, in_order, load_manifest
 from steadyload.statistics.metrics import outcomes
@@ -112,6 +112,45 @@ class JudgedCases:
         keys = {spec: key for spec, key in self.keys.items() if spec in chosen}
         own = self.results[self.results["method"].isin(chosen)]
         return replace(self, keys=keys, results=own, said=self.said[list(keys)])
+
+    def labelled_by(self, spec: str, classes: Mapping[str, str] | None = None) -> JudgedCases:
+        """The cases on which one of the methods has a verdict, with that as the label.
+
+        Args:
+            spec: of the method, canonical.
+            classes: of cases without labels, the class of every layout; classes are strata of
+                intervals. None for one class.
+
+        Raises:
+            ResultsError: the method has a verdict on none of the cases.
+        """
+        known = self.said[spec].notna().to_numpy(bool)
+        if not known.any():
+            raise ResultsError(f"{spec} has a verdict on none of the cases; allowed: one or more")
+        found = self.only(known)
+        labels = found._unlabelled(classes or {}) if found.labels is None else found.labels
+        placed = found.said[spec].astype("Int64")
+        failing = placed.where(placed < labels["item_count"].astype("Int64"))
+        about = found.manifest.get("labels") or {"part": spec, "natural_stable": {}}
+        return replace(
+            found,
+            manifest={**found.manifest, "labels": about},
+            labels=labels.assign(failing_step=failing),
+            clusters=pd.Series(item_lists(labels), found.said.index),
+        )
+
+    def _unlabelled(self, classes: Mapping[str, str]) -> pd.DataFrame:
+        """Labels of cases that have none; every layout is an item list of its own."""
+        cases = self.said.index
+        items = self.results.drop_duplicates(cases.names).set_index(cases.names)["item_count"]
+        names = cases.get_level_values("layout")
+        nothing = dict.fromkeys(set(LABELS.names) - set(cases.names))
+        known = {
+            "instance": names,
+            "item_count": items.loc[cases].to_numpy(),
+            "item_class": [classes.get(name, "") for name in names],
+        }
+        return pd.DataFrame({**nothing, **known}, index=cases).astype({"robust": "boolean"})
 
     def asked(self, question: Question) -> JudgedCases:
         """The cases that have a label of a question, with that as the label.

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 from enum import StrEnum
 from itertools import combinations
 from typing import NamedTuple
@@ -242,7 +241,7 @@ def ranked(lab: Lab, methods: Sequence[str], limit: int | None, directory: str =
         shard_size=_SHARD,
     ).judged
     assert judged.labels is not None, "the study is on a labelled set"
-    found = {rule: relabelled(judged, rule) for rule in RULES}
+    found = {rule: judged.labelled_by(rule.label) for rule in RULES}
     by_rule = {rule: compared(own) for rule, own in found.items()}
     lost = {rule.short: len(judged.said) - len(own.said) for rule, own in found.items()}
     places = [
@@ -265,15 +264,6 @@ def ranked(lab: Lab, methods: Sequence[str], limit: int | None, directory: str =
         lost={rule: missing for rule, missing in lost.items() if missing},
         made_with=manifest_lines(judged),
     )
-
-
-def relabelled(judged: JudgedCases, rule: Rule) -> JudgedCases:
-    """The cases on which the reference has a verdict under a rule, with that as their label."""
-    found = judged.only(judged.said[rule.label].notna().to_numpy(bool))
-    assert found.labels is not None, "the study is on a labelled set"
-    placed = found.said[rule.label].astype("Int64")
-    failing = placed.where(placed < found.labels["item_count"].astype("Int64"))
-    return replace(found, labels=found.labels.assign(failing_step=failing))
 
 
 def claim(text: str, knowledge: Knowledge, differences: Mapping[str, Estimate]) -> Claim:
