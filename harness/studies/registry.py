@@ -33,6 +33,7 @@ STUDIES: dict[str, str] = {
     "speed": "steadyload.studies.speed.study:Speed",
     "engines": "steadyload.studies.engines.study:EngineStudy",
     "scope": "steadyload.studies.scope.study:Scope",
+    "families": "steadyload.studies.families.study:Families",
     "closed_forms": "steadyload.studies.closed_forms.study:ClosedForms",
     "convergence": "steadyload.studies.convergence.study:Convergence",
     "extremes": "steadyload.studies.extremes.study:Extremes",

@@ -1,0 +1,1 @@
+"""Methods on families of layouts outside the distribution of the labelled sets."""

@@ -1,0 +1,95 @@
+"""Layouts of all families, judged by methods and by the simulation that gives the labels."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import pandas as pd
+
+from steadyload.atomic import without_link
+from steadyload.layouts.formats import Format, write_layouts
+from steadyload.layouts.packing.families import FAMILIES, family_layouts
+from steadyload.methods.registry import make_method
+from steadyload.methods.tuned import TUNED, tuned_engines
+from steadyload.runs.able import able_methods
+from steadyload.runs.definition import StudyDefinition
+from steadyload.runs.judged import JudgedCases, load_judged
+from steadyload.runs.runner import run_study
+from steadyload.studies.kit import Lab
+
+LABEL = "label@reference"
+"""The method whose verdicts are the labels."""
+
+AGAINST = "equilibrium:time=0.3"
+"""The method that all others are compared with: the most accurate one that simulates nothing."""
+
+_RULES = ("fbs", "sme", "equilibrium", AGAINST)
+_LEARNED = ("lstm_e", "lstm_e:outside=accept")
+_CASCADES = ("cascade@rapier", "cascade@mujoco")
+
+_TURN = 10
+"""Layouts a unit of work."""
+
+
+class FamilyCases(NamedTuple):
+    """Cases that every method has judged.
+
+    Attributes:
+        judged: verdicts of the methods and of :data:`LABEL`.
+        families: name of the family of every layout.
+        left_out: usual methods that cannot judge here, with the reasons.
+        seed: of the layouts.
+    """
+
+    judged: JudgedCases
+    families: Mapping[str, str]
+    left_out: Mapping[str, str]
+    seed: int
+
+
+def usual_methods() -> tuple[str, ...]:
+    """Specs of rules, networks, cascades and tuned simulations, which the page compares."""
+    return (*_RULES, *_LEARNED, *_CASCADES, *(f"{TUNED}@{name}" for name in tuned_engines()))
+
+
+def judge_families(lab: Lab, layouts: int, seed: int, methods: Sequence[str]) -> FamilyCases:
+    """Judge layouts of all families, as far as that is missing.
+
+    Families take turns, so that a run of more layouts goes on where one of fewer ended.
+
+    Args:
+        lab: where it runs.
+        layouts: of every family.
+        seed: of all of them.
+        methods: specs; empty for those of :func:`usual_methods` that can judge here.
+
+    Raises:
+        SpecError, EngineNotInstalledError: a method that is named cannot judge.
+        ResultsError: the work folder holds something else.
+    """
+    able, left_out = able_methods(tuple(methods), usual_methods)
+    label, against = (str(make_method(spec).spec) for spec in (LABEL, AGAINST))
+    made = {name: family_layouts(name, layouts, seed) for name in FAMILIES}
+    turns = [own for of_all in zip(*made.values(), strict=True) for own in of_all]
+    lab.work.mkdir(parents=True, exist_ok=True)
+    file = lab.work / "families.layouts"
+    write_layouts(without_link(file), turns, Format.NATIVE)
+    definition = StudyDefinition(
+        "families",
+        tuple(dict.fromkeys((label, against, *able))),
+        files=(file.resolve(),),
+        shard_size=_TURN,
+    )
+    run = lab.work / "run"
+    run_study(
+        definition, run, workers=lab.workers, progress=lambda *of: lab.progress("judging", *of)
+    )
+    families = {own.name: name for name, of_family in made.items() for own in of_family}
+    return FamilyCases(load_judged(run), families, left_out, seed)
+
+
+def families_of(said: pd.DataFrame, families: Mapping[str, str]) -> pd.Series:
+    """The family of every case, in the order of the verdicts."""
+    names = said.index.get_level_values("layout")
+    return pd.Series([families[name] for name in names], said.index)

@@ -1,0 +1,31 @@
+"""Methods on families of layouts outside the distribution of the labelled sets."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from steadyload.studies.kit import Lab, PublishedPage, Study, methods_option, option
+
+if TYPE_CHECKING:
+    from steadyload.studies.families.comparing import Found
+
+
+class Families(Study["Found"]):
+    """Layouts of every family, and the methods that judge them."""
+
+    question = "How accurate are methods on layouts unlike those they were fitted on?"
+    about = "judge families of generated layouts outside the distribution of the labelled sets"
+    pages = (PublishedPage("families", "--layouts 4"),)
+
+    layouts: int = option(120, "of every family (default: 120)", least=1)
+    seed: int = option(1, "of the layouts (default: 1)", least=0)
+    methods: tuple[str, ...] = methods_option(
+        "may be repeated (default: rules, networks, cascades and tuned simulations)"
+    )
+
+    def run(self, lab: Lab) -> Found:
+        """Verdicts on layouts of all families, compared with those of the reference."""
+        from steadyload.studies.families.comparing import compare
+        from steadyload.studies.families.judging import judge_families
+
+        return compare(judge_families(lab, **vars(self)))
