@@ -36,6 +36,7 @@ STUDIES: dict[str, str] = {
     "families": "steadyload.studies.families.study:Families",
     "closed_forms": "steadyload.studies.closed_forms.study:ClosedForms",
     "convergence": "steadyload.studies.convergence.study:Convergence",
+    "determinism": "steadyload.studies.determinism.study:Determinism",
     "extremes": "steadyload.studies.extremes.study:Extremes",
     "properties": "steadyload.studies.properties.study:Properties",
     "benchmark": "steadyload.studies.benchmark.study:Benchmark",

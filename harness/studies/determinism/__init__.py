@@ -1,0 +1,1 @@
+"""Published verdicts and labels, judged again on the machine at hand."""
