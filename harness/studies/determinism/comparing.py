@@ -73,6 +73,7 @@ class Again:
     apart_cm: float | None = column(
         "most apart cm", compact, "greatest difference of these distances"
     )
+    apart_deg: float | None = column("most apart degrees", compact, "greatest of the angles")
 
 
 @row
@@ -292,8 +293,8 @@ def _refuse_others(then: pd.DataFrame, now: pd.DataFrame) -> None:
 def _pairs(then: pd.DataFrame, now: pd.DataFrame, cases: pd.MultiIndex) -> pd.DataFrame:
     """Answers of one method by case, in the rows and here, and what differs.
 
-    ``apart_cm`` and ``equal`` (1 or 0) are not numbers where verdicts differ or one of them says
-    nothing of how far a box moved.
+    ``apart_cm``, ``apart_deg`` and ``equal`` (1 or 0) are not numbers where verdicts differ or one
+    of them says nothing of how far a box moved.
     """
     then, now = then.loc[cases], now.loc[cases]
     answers = {
@@ -303,13 +304,13 @@ def _pairs(then: pd.DataFrame, now: pd.DataFrame, cases: pd.MultiIndex) -> pd.Da
     found = pd.DataFrame(answers, index=cases)
     found["differs"] = found["then"] != found["now"]
     apart = {
-        name: np.abs(then[name].to_numpy(float) - now[name].to_numpy(float))
-        for name in ("displacement_cm", "rotation_deg")
+        name: pd.Series(np.abs(then[said].to_numpy(float) - now[said].to_numpy(float)), cases)
+        for name, said in (("apart_cm", "displacement_cm"), ("apart_deg", "rotation_deg"))
     }
-    comparable = ~found["differs"] & np.isfinite(apart["displacement_cm"])
-    equal = (apart["displacement_cm"] == 0.0) & ~(apart["rotation_deg"] > 0.0)
-    found["apart_cm"] = pd.Series(apart["displacement_cm"], cases).where(comparable)
-    found["equal"] = pd.Series(equal.astype(float), cases).where(comparable)
+    comparable = ~found["differs"] & apart["apart_cm"].notna() & apart["apart_deg"].notna()
+    equal = (apart["apart_cm"] == 0.0) & (apart["apart_deg"] == 0.0)
+    for name, values in {**apart, "equal": equal.astype(float)}.items():
+        found[name] = values.where(comparable)
     return found
 
 
@@ -330,6 +331,7 @@ def _again(spec: str, pairs: pd.DataFrame, lists: pd.Series) -> Again:
         numbers=int(told.sum()),
         equal=share(pairs["equal"][told] == 1.0, own[told].to_numpy()) if told.any() else None,
         apart_cm=float(pairs["apart_cm"].max()) if told.any() else None,
+        apart_deg=float(pairs["apart_deg"].max()) if told.any() else None,
     )
 
 
