@@ -84,6 +84,7 @@ def _record(folder: Path, tree: Path, name: str) -> tuple[str, bool]:
             Path(scratch, "shared").symlink_to(tree.parent / "shared")
         inputs = Path("reports", "published")
         shutil.copytree(tree / inputs, there / inputs, ignore=shutil.ignore_patterns(*_OUTPUT))
+        Path(there, "reports", "rows").symlink_to(tree / "reports" / "rows")
         ended = _run(tree, there, name)
         if ended.returncode:
             return f"{name}: NOT MADE\n{ended.stderr.strip()}", False
