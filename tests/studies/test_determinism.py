@@ -1,0 +1,153 @@
+"""Verdicts judged again: what was changed by hand is found and named, nothing else."""
+
+import dataclasses
+import shutil
+
+import pandas as pd
+import pytest
+
+from steadyload.layouts.benchmark import load_benchmark
+from steadyload.layouts.benchmark.dataset import KEYS
+from steadyload.runs.definition import StudyDefinition, StudyError
+from steadyload.runs.kept_only import NotKeptError, kept_only
+from steadyload.runs.labels import load_labels
+from steadyload.runs.results import load_manifest, load_results, result_store
+from steadyload.runs.runner import run_study
+from steadyload.studies.determinism import comparing
+from steadyload.studies.determinism.comparing import JUDGED, LABELS
+from steadyload.studies.determinism.study import Determinism
+from steadyload.studies.kit import Lab
+
+METHODS = ("fbs", "sme", "equilibrium:time=0.3")
+MINE = StudyDefinition("mine", METHODS, benchmark="test", benchmark_directory="lists", limit=4)
+CASES = 12
+
+
+@pytest.fixture(scope="module")
+def rows(tmp_path_factory):
+    """Rows of three methods on twelve cases, three of which have a wrong label."""
+    labelled = load_benchmark("lists")
+    chosen = labelled.select("test", limit=4)[KEYS]
+    there = pd.MultiIndex.from_frame(labelled.cases[KEYS]).isin(
+        pd.MultiIndex.from_frame(chosen.iloc[[0, 5, 11]])
+    )
+    steps = labelled.cases["failing_step"]
+    wrong = dataclasses.replace(
+        labelled, cases=labelled.cases.assign(failing_step=steps.mask(there, steps.fillna(0) + 1))
+    )
+    folder = tmp_path_factory.mktemp("determinism") / "rows"
+    run_study(MINE, folder, benchmark=wrong)
+    return folder
+
+
+def changed(rows, folder, change):
+    """A copy of rows, of which ``change`` changed some: it is given each, as in its shard."""
+    shutil.copytree(rows, folder)
+    store = result_store(folder)
+    for key in load_manifest(folder)["shards"]:
+        found = store.read(key).to_pylist()
+        for one in found:
+            change(one)
+        store.write(key, found)
+    return folder
+
+
+def study(rows, **more):
+    """Of the methods of some rows, unless others are named."""
+    return Determinism(**{"rows": str(rows), "labels": 0, "methods": METHODS, **more})
+
+
+def _told(step):
+    return "stable" if pd.isna(step) else f"step {step}"
+
+
+@pytest.mark.parametrize(
+    ("method", "is_stable", "planted", "told"),
+    [
+        ("fbs", False, {"failing_step": None}, "stable"),
+        ("sme", True, {"failing_step": 1}, "step 1"),
+        ("sme", False, {"status": "timeout", "failing_step": None}, "timeout"),
+        ("equilibrium:time=0.3", False, {"failing_step": 99}, "step 99"),
+    ],
+)
+def test_a_verdict_that_was_changed_is_named(
+    rows, tmp_path, method, is_stable, planted, told, assert_shown
+):
+    first = load_results(rows)
+    first = first[(first["method"] == method) & (first["failing_step"].isna() == is_stable)]
+    name, scenario, before = first.iloc[0][[*KEYS, "failing_step"]]
+
+    def plant(one):
+        if (one["method"], one["layout"], one["scenario"]) == (method, name, scenario):
+            one.update(planted)
+
+    asked = study(changed(rows, tmp_path / "rows", plant))
+    found = asked.run(Lab(tmp_path / "work", workers=0))
+    assert found.number == 1
+    assert [own.method.spec for own in found.differing] == [method]
+    assert found.every.value == pytest.approx(1 / (3 * CASES))
+    (one,) = found.differences
+    assert (one.layout, one.scenario, one.then, one.now) == (name, scenario, told, _told(before))
+    assert one.label == _told(load_labels(rows)["failing_step"][name, scenario])
+    assert_shown(asked, found, answer=(1,), tables=[found.methods, found.differences])
+
+
+@pytest.mark.parametrize("what", ["displacement", "rotation"])
+def test_numbers_of_equal_verdicts_are_compared_to_the_last_bit(rows, tmp_path, what):
+    done = []
+
+    def plant(one):
+        if one[what] is not None and not done:
+            one[what] += 0.25
+            done.append(one)
+
+    found = study(changed(rows, tmp_path / "rows", plant)).run(Lab(tmp_path / "work", workers=0))
+    balance = found.methods[-1]
+    assert (found.number, len(done)) == (0, 1)
+    assert balance.equal.value == pytest.approx((balance.numbers - 1) / balance.numbers)
+    apart = (0.25, 0.0) if what == "displacement" else (0.0, 0.25)
+    assert (balance.apart_cm, balance.apart_deg) == pytest.approx(apart)
+
+
+def test_cases_are_drawn_by_the_seed_and_labels_of_the_same_ones(rows, tmp_path):
+    def drawn(folder, seed):
+        found = study(rows, cases=5, labels=2, seed=seed).run(Lab(tmp_path / folder, workers=0))
+        assert (found.cases, found.of, found.labels.n, found.every.n) == (5, CASES, 2, 15)
+        cases, labels = (
+            set(map(tuple, load_results(tmp_path / folder / run)[KEYS].to_numpy()))
+            for run in (JUDGED, LABELS)
+        )
+        assert len(labels) == 2
+        assert labels < cases
+        return cases
+
+    assert drawn("one", 1) == drawn("again", 1) != drawn("other", 2)
+
+
+def test_a_folder_has_verdicts_of_one_machine(rows, tmp_path, monkeypatch):
+    found = study(rows, cases=3).run(Lab(tmp_path, workers=0))
+    monkeypatch.setattr(comparing, "provenance", lambda: {"machine": "another"})
+    again = study(rows, cases=3).run(Lab(tmp_path, workers=0))
+    assert again == found
+    with pytest.raises(NotKeptError, match=r"and this is another: name .* --work"):
+        study(rows, cases=4).run(Lab(tmp_path, workers=0))
+
+
+def test_what_is_there_is_not_judged_again(rows, tmp_path):
+    found = study(rows, methods=("sme",), labels=1).run(Lab(tmp_path, workers=0))
+    with kept_only("nothing"):
+        assert study(rows, methods=("sme",), labels=1).run(Lab(tmp_path, workers=0)) == found
+
+
+@pytest.mark.parametrize(
+    ("change", "more", "said"),
+    [
+        ({"parameters": "{}"}, {}, r"parameters of the rows is \{\}, here"),
+        ({"layout_hash": "0"}, {}, "layout_hash of the rows is 0, here"),
+        ({}, {"methods": ("pbs0.7",)}, "unknown method of the rows 'pbs0.7'"),
+    ],
+)
+def test_rows_of_something_else_are_refused(rows, tmp_path, change, more, said):
+    folder = changed(rows, tmp_path / "rows", lambda one: one.update(change))
+    with pytest.raises(StudyError, match=said):
+        study(folder, **more).run(Lab(tmp_path / "work", workers=0))
