@@ -16,6 +16,7 @@ from steadyload.runs.runner import run_study
 from steadyload.studies.determinism import comparing
 from steadyload.studies.determinism.comparing import JUDGED, LABELS
 from steadyload.studies.determinism.study import Determinism
+from steadyload.studies.kept_rows import RowsError
 from steadyload.studies.kit import Lab
 
 METHODS = ("fbs", "sme", "equilibrium:time=0.3")
@@ -151,3 +152,21 @@ def test_rows_of_something_else_are_refused(rows, tmp_path, change, more, said):
     folder = changed(rows, tmp_path / "rows", lambda one: one.update(change))
     with pytest.raises(StudyError, match=said):
         study(folder, **more).run(Lab(tmp_path / "work", workers=0))
+
+
+def test_rows_without_labels_or_with_those_of_several_simulators_are_refused(tmp_path):
+    run_study(StudyDefinition("bare", ("sme",), generated=2), tmp_path / "bare")
+    with pytest.raises(StudyError, match="has no labels; allowed: a run on a labelled set"):
+        study(tmp_path / "bare").run(Lab(tmp_path / "work", workers=0))
+    real = dataclasses.replace(MINE, methods=("sme",), benchmark_directory="real", limit=2)
+    run_study(real, tmp_path / "real")
+    of_rules = study(tmp_path / "real", methods=("sme",))
+    assert of_rules.run(Lab(tmp_path / "work", workers=0)).number == 0
+    with pytest.raises(StudyError, match=r"use --labels 0, .* screen --again"):
+        dataclasses.replace(of_rules, labels=1).run(Lab(tmp_path / "work", workers=0))
+
+
+def test_without_the_packed_rows_a_folder_has_to_be_named(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(RowsError, match=r"evaluation\.tar\.xz: does not exist; .* --rows"):
+        Determinism().run(Lab(tmp_path / "work", workers=0))
