@@ -1,7 +1,9 @@
 """Verdicts judged again: what was changed by hand is found and named, nothing else."""
 
 import dataclasses
+import re
 import shutil
+from pathlib import Path
 
 import pandas as pd
 import pytest
@@ -13,12 +15,14 @@ from steadyload.runs.kept_only import NotKeptError, kept_only
 from steadyload.runs.labels import load_labels
 from steadyload.runs.results import load_manifest, load_results, result_store
 from steadyload.runs.runner import run_study
+from steadyload.studies import published
 from steadyload.studies.determinism import comparing
-from steadyload.studies.determinism.comparing import JUDGED, LABELS
+from steadyload.studies.determinism.comparing import JUDGED, LABELS, usual_methods
 from steadyload.studies.determinism.study import Determinism
-from steadyload.studies.kept_rows import RowsError
+from steadyload.studies.kept_rows import RowsError, unpack
 from steadyload.studies.kit import Lab
 
+ROOT = Path(__file__).parents[2]
 METHODS = ("fbs", "sme", "equilibrium:time=0.3")
 MINE = StudyDefinition("mine", METHODS, benchmark="test", benchmark_directory="lists", limit=4)
 CASES = 12
@@ -56,6 +60,36 @@ def changed(rows, folder, change):
 def study(rows, **more):
     """Of the methods of some rows, unless others are named."""
     return Determinism(**{"rows": str(rows), "labels": 0, "methods": METHODS, **more})
+
+
+def test_rows_that_nobody_changed_are_equal(rows, tmp_path, assert_shown):
+    asked = study(rows, labels=CASES)
+    found = asked.run(Lab(tmp_path, workers=0))
+    assert (found.cases, found.of, found.number, found.every.n) == (CASES, CASES, 0, 3 * CASES)
+    assert found.then == found.now == load_manifest(rows)["machine"]
+    assert found.packages == {}
+    assert [(own.method.spec, own.n, own.differ) for own in found.methods] == [
+        (spec, CASES, 0) for spec in METHODS
+    ]
+    *rules, balance = found.methods
+    assert [(own.numbers, own.equal, own.apart_cm) for own in rules] == [(0, None, None)] * 2
+    told = load_results(rows).set_index("method").loc["equilibrium:time=0.3", "displacement_cm"]
+    assert balance.numbers == told.notna().sum() > 2
+    assert (balance.equal.value, balance.apart_cm) == (1.0, 0.0)
+    # The three labels that were changed beforehand are those that differ.
+    truth = load_benchmark("lists").cases.set_index(KEYS)["failing_step"]
+    known = load_labels(rows)["failing_step"]
+    wrong = {case for case in known.index if _told(known[case]) != _told(truth[case])}
+    assert len(wrong) == 3
+    assert found.labels.differ == 3
+    assert {(one.layout, one.scenario) for one in found.differences} == wrong
+    for one in found.differences:
+        case = (one.layout, one.scenario)
+        assert (one.then, one.now) == (_told(known[case]), _told(truth[case]))
+        assert (one.method, one.label) == ("label @ reference", one.then)
+    tables = [found.methods, [found.labels], found.differences]
+    text = assert_shown(asked, found, answer=(3 * CASES, CASES, 3), tables=tables)
+    assert "drawn at random" in text
 
 
 def _told(step):
@@ -170,3 +204,41 @@ def test_without_the_packed_rows_a_folder_has_to_be_named(tmp_path, monkeypatch)
     monkeypatch.chdir(tmp_path)
     with pytest.raises(RowsError, match=r"evaluation\.tar\.xz: does not exist; .* --rows"):
         Determinism().run(Lab(tmp_path / "work", workers=0))
+
+
+@pytest.fixture(scope="module")
+def kept(tmp_path_factory):
+    """The rows behind the published page, and those that they were compared with."""
+    found = {}
+    for name in ("determinism", "evaluation"):
+        (entry,) = published.named((name,))
+        work = tmp_path_factory.mktemp("kept") / entry.work.name
+        found[name] = unpack(dataclasses.replace(entry, work=work), ROOT / published.ROWS)
+    return found
+
+
+def test_the_published_figures_are_those_of_the_rows(kept):
+    text = (ROOT / published.FOLDER / "determinism" / "report.md").read_text()
+    columns = ["method", *KEYS, "status", "failing_step"]
+    now = load_results(kept["determinism"] / JUDGED, columns)
+    then = load_results(kept["evaluation"] / "spatial", columns)
+    both = now.merge(then, on=["method", *KEYS], suffixes=("", "_then"))
+    assert len(both) == len(now)
+    assert set(now["method"]) == set(usual_methods())
+    moved = both["failing_step"].fillna(-1) != both["failing_step_then"].fillna(-1)
+    differ = moved | (both["status"] != both["status_then"])
+    labels = load_results(kept["determinism"] / LABELS, columns)
+    known = load_labels(kept["evaluation"] / "spatial")["failing_step"]
+    said = known.loc[pd.MultiIndex.from_frame(labels[KEYS])].fillna(-1).to_numpy()
+    wrong = int((labels["failing_step"].fillna(-1).to_numpy() != said).sum())
+    first = text.split("\n\n")[1]
+    assert f"Of {len(both):,} published verdicts" in first
+    assert re.search(rf", {differ.sum()} \([\d.]+ \[[\d., ]+\] %\) differ on", first)
+    assert re.search(rf"Of {len(labels)} labels, .*, {wrong} \(", first)
+    for machine in (JUDGED, LABELS):
+        assert load_manifest(kept["determinism"] / machine)["machine"] in first
+    assert load_manifest(kept["evaluation"] / "spatial")["machine"] in first
+    listed = re.findall(r"^\|(.+)\|$", text.partition("## What differs")[2], re.MULTILINE)[2:]
+    assert len(listed) == differ.sum() + wrong
+    for layout in both.loc[differ, "layout"]:
+        assert any(layout in line.replace("\\", "") for line in listed)
