@@ -83,14 +83,13 @@ def in_batches(
     singles: list[Layout] = []
     items = 0
     for entry in entries:
-        given = isinstance(entry, LayoutBatch)
-        if not given:
+        if isinstance(entry, Layout):
             singles.append(entry)
             items += len(entry)
-        if singles and (given or items >= _ITEMS):
+        if singles and (items >= _ITEMS or isinstance(entry, LayoutBatch)):
             yield LayoutBatch.of(singles), singles
             singles, items = [], 0
-        if given:
+        if isinstance(entry, LayoutBatch):
             yield entry, ()
     if singles:
         yield LayoutBatch.of(singles), singles

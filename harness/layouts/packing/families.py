@@ -140,7 +140,8 @@ def _drawn(name: str, number: int, seed: int) -> Layout:
     sequence = np.random.SeedSequence(seed, spawn_key=(number, *name.encode()))
     random = np.random.default_rng(sequence)
     wanted = int(random.integers(FEWEST, MOST + 1))
-    family, heights, items = FAMILIES[name], _HeightMap(), []
+    family, heights = FAMILIES[name], _HeightMap()
+    items: list[Item] = []
     while len(items) < wanted:
         size = _size(family, random)
         corner = heights.place(size, random)
