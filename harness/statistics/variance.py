@@ -5,10 +5,16 @@ the answers to one case fall apart, without a rest, into those that each factor 
 those that several make together; and each of these into a part that is the same on all cases and a
 part that hangs on the case (analysis of variance of a full factorial design with one observation a
 cell; see for example Montgomery, Design and Analysis of Experiments, chapter 5).
+
+A share of squares hangs on how many levels a factor has, and holds a part of what the factor makes
+together with others. Variance components do not: mean squares, which allow for the degrees of
+freedom, are solved for the variance that each source has over levels that are drawn at random
+(chapter 13 there); a negative one counts as 0.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
@@ -29,12 +35,14 @@ class SourceShare:
         whole: the share.
         always: the part of it that is the same on all cases.
         by_case: the rest of it, which differs from case to case.
+        component: its share in the sum of all variance components.
     """
 
     factors: tuple[str, ...]
     whole: Estimate
     always: Estimate
     by_case: Estimate
+    component: Estimate
 
 
 def source_shares(
@@ -58,34 +66,57 @@ def source_shares(
     ]
     flat = answers.reshape(len(answers), int(np.prod(answers.shape[1:])))
     if not (flat != flat[:, :1]).any():
-        return [_share_of(factors, chosen, (NOTHING,) * 3) for chosen in sets]
+        return [_share_of(factors, chosen, (NOTHING,) * 4) for chosen in sets]
     groups = Clusters.of(clusters, len(answers))
     effects = [_effect(answers, chosen).reshape(len(answers), -1) for chosen in sets]
     squares = np.array([groups.sums((e * e).sum(axis=1)) for e in effects])
     sums = [np.array([groups.sums(column) for column in e.T]) for e in effects]
     sizes = groups.sizes
-    found = _shares(squares, sums, sizes, np.arange(len(sizes))[None])[..., 0]
-    drawn = np.concatenate(
-        [_shares(squares, sums, sizes, block) for block in groups.resamples()], axis=-1
-    )
+    components = _components_of_squares(answers.shape[1:], sets)
+
+    def shares(drawn: NDArray[np.intp]) -> NDArray[np.float64]:
+        return _shares(squares, sums, sizes, components, drawn)
+
+    found = shares(np.arange(len(sizes))[None])[..., 0]
+    drawn = np.concatenate([shares(block) for block in groups.resamples()], axis=-1)
     differing = np.isfinite(drawn).all(axis=(0, 1))
     low, high = np.quantile(drawn[..., differing], (0.025, 0.975), axis=-1)
     estimates = [
         [
             Estimate(float(found[k, s]), float(low[k, s]), float(high[k, s]), len(answers))
-            for k in range(3)
+            for k in range(4)
         ]
         for s in range(len(sets))
     ]
-    return [
-        _share_of(factors, chosen, three) for chosen, three in zip(sets, estimates, strict=True)
-    ]
+    return [_share_of(factors, chosen, own) for chosen, own in zip(sets, estimates, strict=True)]
 
 
 def _share_of(
-    factors: Sequence[str], chosen: Sequence[int], three: Sequence[Estimate]
+    factors: Sequence[str], chosen: Sequence[int], shares: Sequence[Estimate]
 ) -> SourceShare:
-    return SourceShare(tuple(factors[k] for k in chosen), *three)
+    return SourceShare(tuple(factors[k] for k in chosen), *shares)
+
+
+def _components_of_squares(
+    levels: Sequence[int], sets: Sequence[tuple[int, ...]]
+) -> NDArray[np.float64]:
+    """Matrix that makes variance components of sums of squares, both by set of factors.
+
+    The expected mean square of a set of factors is the sum of the components of all sets that
+    contain it, each times the number of cells that share its levels.
+    """
+    expected = [
+        [
+            math.prod(levels[k] for k in range(len(levels)) if k not in other)
+            if set(own) <= set(other)
+            else 0.0
+            for other in sets
+        ]
+        for own in sets
+    ]
+    freedom = np.array([math.prod(levels[k] - 1 for k in own) for own in sets], dtype=float)
+    found: NDArray[np.float64] = np.linalg.inv(np.array(expected, dtype=float)) / freedom
+    return found
 
 
 def _effect(answers: NDArray[np.float64], chosen: Sequence[int]) -> NDArray[np.float64]:
@@ -101,11 +132,14 @@ def _shares(
     squares: NDArray[np.float64],
     sums: Sequence[NDArray[np.float64]],
     sizes: NDArray[np.float64],
+    components: NDArray[np.float64],
     drawn: NDArray[np.intp],
 ) -> NDArray[np.float64]:
-    """Shares (whole, always, by case) x (set of factors) x (resample)."""
+    """Shares (whole, always, by case, component) x (set of factors) x (resample)."""
     counts = sizes[drawn].sum(axis=1)
     whole = squares[:, drawn].sum(axis=2)
     always = np.array([(own[:, drawn].sum(axis=2) ** 2).sum(axis=0) / counts for own in sums])
     with np.errstate(invalid="ignore", divide="ignore"):
-        return np.stack([whole, always, whole - always]) / whole.sum(axis=0)
+        parts = np.maximum(components @ whole, 0.0)
+        shares = np.stack([whole, always, whole - always]) / whole.sum(axis=0)
+        return np.concatenate([shares, (parts / parts.sum(axis=0))[None]])

@@ -63,3 +63,42 @@ def test_answers_that_never_differ_have_no_shares():
     found = shares(np.ones((5, 2, 2)))
     assert np.isnan(found["engine"].whole.value)
     assert shares(np.ones((0, 2, 2)))["engine"].whole.n == 0
+
+
+@pytest.mark.parametrize("levels", [(5, 4), (5, 2), (3, 3)])
+def test_components_are_the_variances_that_levels_were_drawn_with(levels):
+    """Variances: engine 1, parameters 4, both together 3, whatever the numbers of levels."""
+    random = np.random.default_rng(6)
+    cases, (engines, sets) = 2000, levels
+    answers = (
+        random.normal(0.0, 1.0, (cases, engines, 1))
+        + random.normal(0.0, 2.0, (cases, 1, sets))
+        + random.normal(0.0, 3.0**0.5, (cases, engines, sets))
+    )
+    found = shares(answers)
+    expected = {"engine": 1 / 8, "parameters": 4 / 8, "engine x parameters": 3 / 8}
+    for name, own in expected.items():
+        share = found[name].component
+        assert share.value == pytest.approx(own, abs=0.04), name
+        assert share.low <= share.value <= share.high
+
+
+def test_components_of_three_factors_are_those_that_they_were_drawn_with():
+    random = np.random.default_rng(7)
+    shape = (2000, 4, 3, 2)
+    answers = sum(
+        random.normal(0.0, own**0.5, tuple(n if k in axes else 1 for k, n in enumerate(shape)))
+        for own, axes in ((1, (0, 1)), (2, (0, 3)), (1, (0, 1, 2)), (4, (0, 1, 2, 3)))
+    )
+    found = {"".join(s.factors): s.component.value for s in source_shares(answers, ("a", "b", "c"))}
+    expected = {"a": 1, "c": 2, "ab": 1, "abc": 4}
+    for name, value in found.items():
+        assert value == pytest.approx(expected.get(name, 0.0) / 8, abs=0.05), name
+
+
+def test_a_factor_that_adds_nothing_has_no_component():
+    noise = np.random.default_rng(8).normal(size=(2000, 5, 2))
+    found = shares(noise)
+    assert found["engine"].whole.value > 0.4  # four of nine degrees of freedom
+    assert found["engine"].component.value == pytest.approx(0.0, abs=0.03)
+    assert found["engine x parameters"].component.value == pytest.approx(1.0, abs=0.05)

@@ -23,7 +23,7 @@ def about(value):
 
 def made_up(parameters, shares, questions=(Question.WITHIN,), answer=PLACED):
     factors = [("engine",), ("parameters",), ("engine", "parameters")]
-    found = [Source("", f, *3 * [about(v)]) for f, v in zip(factors, shares, strict=True)]
+    found = [Source("", f, *4 * [about(v)]) for f, v in zip(factors, shares, strict=True)]
     return SourceTable(
         Design("lists", parameters, questions), answer, 299, 50, 1, 0.5, tuple(found)
     )

@@ -85,6 +85,7 @@ class Source:
     whole: Estimate = column("share of all differences %", percent)
     always: Estimate = column("the same on all cases %", percent)
     by_case: Estimate = column("from case to case %", percent)
+    component: Estimate = column("variance component %", percent)
 
     @property
     def title(self) -> str:
@@ -175,7 +176,9 @@ def table_of(judged: JudgedCases, design: Design, answer: str) -> SourceTable:
         design, answer, len(numbers), kept.clusters.nunique(), int((~whole).sum()),
         float((numbers != numbers[:, :1]).any(axis=1).mean()) if len(numbers) else 0.0,
         [
-            Source(title, own.factors, own.whole, own.always, own.by_case)
+            Source(
+                title, own.factors, own.whole, own.always, own.by_case, own.component
+            )
             for own in source_shares(numbers.reshape(shape), tuple(design.levels), kept.clusters)
         ],
     )  # fmt: skip
