@@ -15,6 +15,7 @@ import yaml
 from packaging.requirements import Requirement
 
 import steadyload
+from steadyload.cli.warm_up import PARTS
 
 ROOT = Path(__file__).parents[1]
 FOLDERS = {"harness": "", "engines": "engines/", "learners": "learners/", "reports": "reports/"}
@@ -78,8 +79,8 @@ A18,120,160,80,1,25,30,0,40,30,40,9
 """
 
 
-@pytest.mark.deep("compiles in an environment of its own: a minute")
-def test_the_wheel_answers_in_an_empty_environment(wheel, tmp_path):
+@pytest.mark.deep("compiles everything in an environment of its own: three minutes")
+def test_the_wheel_answers_in_an_empty_environment_and_compiles_once(wheel, tmp_path):
     """The package and its command are the wheel's alone, installed by pip; what it depends on is
     not installed anew, which would take a network, but found where this process finds it.
     """
@@ -97,23 +98,34 @@ def test_the_wheel_answers_in_an_empty_environment(wheel, tmp_path):
     (elsewhere / "pallets.csv").write_text(PLAN)
 
     def said(*command):
-        done = subprocess.run(
+        return subprocess.run(
             [environment / "bin" / command[0], *command[1:]], cwd=elsewhere, capture_output=True,
             text=True, env={"PATH": os.environ["PATH"], "HOME": str(tmp_path)},
         )  # fmt: skip
-        return done.returncode, done.stdout
+
+    done = said("steadyload", "warm-up")
+    assert done.returncode == 0, done.stderr
+    assert done.stderr.count("compiling ") == len(PARTS)
+    before = set(site.rglob("*.nbc"))
+    assert said("steadyload", "warm-up").stderr == ""
 
     code = "import steadyload as sl; print(sl.__file__); print(sl.check(sl.read('pallets.csv')[0]))"
-    status, text = said("python", "-c", code)
-    assert status == 0
-    where, answer = text.splitlines()
+    done = said("python", "-c", code)
+    assert done.returncode == 0, done.stderr
+    where, answer = done.stdout.splitlines()
     assert Path(where).is_relative_to(site)
     assert answer.startswith(
         "A18 (2 boxes): fails at step 1: item 1 leans to +x; the centre of mass of item 1 lies"
     )
-    status, text = said("steadyload", "check", "pallets.csv")
-    assert status == 1
-    assert "1 pallet: 0 stand, 1 fail" in text
+    done = said("steadyload", "check", "pallets.csv")
+    assert done.returncode == 1
+    assert "1 pallet: 0 stand, 1 fail" in done.stdout
+    assert "compiling" not in done.stderr
+    methods = ("sme", "equilibrium", "lstm_1", "lstm_e", "label@reference", "cascade@mujoco")
+    words = [word for method in methods for word in ("-m", method)]
+    assert "compiling" not in said("steadyload", "score", "pallets.csv", *words).stderr
+    assert before
+    assert set(site.rglob("*.nbc")) == before
 
 
 @pytest.mark.parametrize("folder", FOLDERS)

@@ -1,14 +1,12 @@
 """``steadyload warm-up``, and the line on what is compiled: once, and on stderr."""
 
 import logging
-import os
 import subprocess
 import sys
 
 import pytest
 
 from steadyload.cli import main, warm_up
-from steadyload.layouts.formats import Format, write_layouts
 
 PACKAGE = """
 from steadyload import compilation
@@ -73,28 +71,3 @@ def test_the_library_by_itself_and_its_workers_compile_without_a_word(tiny, tmp_
         cwd=tmp_path,
     )
     assert (done.stdout, done.stderr) == ("done\n", "")
-
-
-@pytest.mark.deep("compiles everything in a folder of its own: three minutes")
-def test_nothing_is_left_to_compile_after_a_warm_up(stack, tmp_path):
-    write_layouts(tmp_path / "layouts.json", [stack(0.0, 3.0, 0.0)], Format.NATIVE)
-    cache = tmp_path / "cache"
-
-    def command(*words):
-        return subprocess.run(
-            [sys.executable, "-m", "steadyload.cli", *words],
-            capture_output=True,
-            text=True,
-            cwd=tmp_path,
-            env=os.environ | {"NUMBA_CACHE_DIR": str(cache)},
-        )
-
-    done = command("warm-up")
-    assert done.returncode == 0, done.stderr
-    assert done.stderr.count("compiling ") == len(warm_up.PARTS)
-    before = set(cache.rglob("*.nbc"))
-    assert command("warm-up").stderr == ""
-    methods = ("sme", "equilibrium", "lstm_1", "lstm_e", "label@reference", "cascade@mujoco")
-    words = [word for method in methods for word in ("-m", method)]
-    assert "compiling" not in command("score", "layouts.json", *words).stderr
-    assert set(cache.rglob("*.nbc")) == before
