@@ -52,15 +52,10 @@ class Victim:
 
         Returns whether it was still at work; then it has ended as it should.
         """
-        process = self._start()
-        while process.poll() is None and _cpu_seconds(process.pid) < BEFORE_OURS:
-            time.sleep(0.002)
-        try:
-            process.wait(seconds)
-        except subprocess.TimeoutExpired:
-            (os.kill if alone else os.killpg)(process.pid, number)
-        _, said = process.communicate(timeout=1800)
-        _await_the_end_of_all(process.pid)
+        process, said = self._signalled(number, seconds, alone=alone)
+        while "Fatal Python error: init_import_site" in said:  # a start so slow that Python was hit
+            seconds += BEFORE_OURS
+            process, said = self._signalled(number, seconds, alone=alone)
         lines = [line.split() for line in said.splitlines()]
         if process.returncode == 0 or any(self._last in line[:1] for line in lines):
             return False  # it had said all that it had to say
@@ -72,6 +67,19 @@ class Victim:
         assert len(lines) == (number is signal.SIGINT), self.kills[-1]
         assert all(line.startswith("steadyload: interrupted") for line in lines)
         return True
+
+    def _signalled(self, number, seconds, *, alone):
+        """The process after its end, and its errors."""
+        process = self._start()
+        while process.poll() is None and _cpu_seconds(process.pid) < BEFORE_OURS:
+            time.sleep(0.002)
+        try:
+            process.wait(seconds)
+        except subprocess.TimeoutExpired:
+            (os.kill if alone else os.killpg)(process.pid, number)
+        _, said = process.communicate(timeout=1800)
+        _await_the_end_of_all(process.pid)
+        return process, said
 
     def kill_at(self, seconds, anew):
         """Kill it at these moments, by every signal in turn; anew and sooner where it was done."""
