@@ -240,12 +240,13 @@ def _drawn(labelled: Benchmark, known: pd.DataFrame, count: int, seed: int) -> p
 
 def _label_of(labelled: Benchmark) -> str:
     """Canonical spec of the simulator that gave the labels of a set."""
-    if "screens" in labelled.manifest or "label" not in labelled.manifest:
+    spec = labelled.manifest.get("label")
+    if spec is None or "screens" in labelled.manifest:
         raise StudyError(
             "labels of the set are not verdicts of one simulator; use --labels 0, and judge labels "
             "again by steadyload benchmark screen --again"
         )
-    return str(make_method(labelled.manifest["label"]).spec)
+    return str(make_method(spec).spec)
 
 
 def _judged(

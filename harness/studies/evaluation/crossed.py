@@ -23,12 +23,14 @@ class Crossed:
     """Standard errors of a method's accuracy [points].
 
     Attributes:
+        n: number of cases.
         by_list: over other item lists that the same heuristics pack.
         by_both: over other lists and other heuristics.
         ratio: the second over the first.
     """
 
     method: MethodKey = column(form=attrgetter("title"), left=True)
+    n: int
     by_list: float = column("item lists", partial(fixed, digits=2))
     by_both: float = column("lists and heuristics", partial(fixed, digits=2))
     ratio: float = column("ratio", partial(fixed, digits=2))
@@ -46,5 +48,5 @@ def crossed(own: JudgedSet) -> Sequence[Crossed]:
     for method in (result.own.method for result in own.few):
         right = 100.0 * np.asarray(compared.right[method], dtype=float)
         one, both = crossed_errors(right, compared.clusters, heuristics.to_numpy())
-        found.append(Crossed(method, one, both, both / one if one else math.nan))
+        found.append(Crossed(method, len(right), one, both, both / one if one else math.nan))
     return found
