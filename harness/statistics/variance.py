@@ -6,10 +6,10 @@ those that several make together; and each of these into a part that is the same
 part that hangs on the case (analysis of variance of a full factorial design with one observation a
 cell; see for example Montgomery, Design and Analysis of Experiments, chapter 5).
 
-A share of squares hangs on how many levels a factor has, and holds a part of what the factor makes
-together with others. Variance components do not: mean squares, which allow for the degrees of
-freedom, are solved for the variance that each source has over levels that are drawn at random
-(chapter 13 there); a negative one counts as 0.
+A share of squares depends on how many levels a factor has, and includes a part of the differences
+that the factor makes together with others. A variance component depends on neither: it is the
+variance of a source over levels that are drawn at random, solved from mean squares, which allow for
+the degrees of freedom (chapter 13 there). A negative one counts as 0.
 """
 
 from __future__ import annotations

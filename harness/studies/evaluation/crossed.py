@@ -38,12 +38,11 @@ class Crossed:
 
 def crossed(own: JudgedSet) -> Sequence[Crossed]:
     """Standard errors of the methods of charts; empty where a layout was packed in another way."""
-    evaluation = own.evaluation
-    cases = evaluation.judged.said.index.get_level_values("layout").to_series()
+    compared = own.evaluation.compared()
+    cases = own.evaluation.judged.said.index.get_level_values("layout").to_series()
     heuristics = cases.str.extract(f"^{_PACKED}", expand=False)
     if heuristics.isna().any():
         return ()
-    compared = evaluation.compared()
     found = []
     for method in (result.own.method for result in own.few):
         right = 100.0 * np.asarray(compared.right[method], dtype=float)
