@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
+from steadyload.layouts.benchmark.dataset import KEYS
 from steadyload.reports.columns import column, decimal, milliseconds, percent, row, significant
 from steadyload.runs.costs import CPU, judging_costs
 from steadyload.runs.evaluation import ALL, Evaluation, in_group
@@ -89,3 +90,12 @@ def cost_in(evaluation: Evaluation, spec: str, group: str = ALL) -> Cost | None:
     if taken is None:
         return None
     return cost_of(taken[CPU].reindex(judged.said.index[here]), judged.clusters[here])
+
+
+def body_substeps_of(judged: JudgedCases, spec: str) -> Estimate | None:
+    """Engine steps times the boxes that take part, mean over all cases; None of a method without
+    steps.
+    """
+    rows = judged.results[judged.results["method"] == spec]
+    taken = rows[rows["repetition"] == 0].set_index(KEYS)["body_substeps"].loc[judged.said.index]
+    return mean(taken.to_numpy(float), judged.clusters) if taken.any() else None

@@ -27,7 +27,7 @@ from steadyload.runs.paper import Paper
 from steadyload.statistics.error_costs import cheapest_by_ratio
 from steadyload.statistics.estimate import NOTHING, Estimate
 from steadyload.statistics.metrics import agreement
-from steadyload.studies.evaluation.costing import Growth, cost_in
+from steadyload.studies.evaluation.costing import Growth, body_substeps_of, cost_in
 from steadyload.studies.evaluation.error_places import (
     CaseBin,
     MarginBin,
@@ -181,7 +181,7 @@ class JudgedSet(OnLabelledCases):
             spec = one.method.spec
             share = "1" if self.yardstick == one.method else shares.get(spec)
             like = self.paper.like(one.method) if self.paper else None
-            more: dict[str, Any] = {"cost": None if timing else cost_in(own, spec, group)}
+            more: dict[str, Any] = {"cost": cost_in(own, spec, group)}
             if group == ALL:
                 by = {name: own.row(spec, name) for name in self.groups}
                 more |= {
@@ -202,6 +202,8 @@ class JudgedSet(OnLabelledCases):
                         if bin_.high <= 0.0 and bin_.holding
                     },
                     "fragile_errors": _fragile_errors(one),
+                    "multiple": timing.multiples.get(spec) if timing else None,
+                    "body_substeps": body_substeps_of(own.judged, spec),
                     "spread": timing.spread.get(spec) if timing and timing.repeats > 1 else None,
                     "versus": against.get(one.method),
                     "failing": self.failing.get(spec),

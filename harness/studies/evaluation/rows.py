@@ -64,7 +64,10 @@ class Result:
         alarms: false alarms on steps that do not balance, by margin.
         beside: accuracy in the paper and here, by group.
         failing: accuracy on cases whose label is a failing step.
-        cost, growth: of judging with a time limit.
+        multiple: CPU time over that of the unit of the timing pass on the same cases.
+        body_substeps: engine steps times the boxes that take part, mean over all cases; None of a
+            method without them.
+        cost, growth: CPU time of judging, in the timing pass or with a time limit, and its growth.
         versus: the test against one method; None where all pairs are tested, and for that method.
     """
 
@@ -79,6 +82,8 @@ class Result:
     cost_at: Mapping[str, Estimate | None] = column("cost at {}", factor, default_factory=dict)
     alarms: Mapping[str, Estimate] = column("{}", _alarms, default_factory=dict)
     fragile_errors: str | None = column("errors on fragile labels %", default=None)
+    multiple: Estimate | None = column("multiple", factor, default=None)
+    body_substeps: Estimate | None = column("body-substeps", factor, default=None)
     spread: float | None = column("spread of repeats %", _whole, default=None)
     beside: Mapping[str, str] = column("{} %, paper / ours", default_factory=dict)
     paper_wall: float | None = column("paper, wall ms", compact, default=None)
@@ -154,6 +159,8 @@ class Timing:
 
     Attributes:
         yardstick: the method that shares refer to; None where it was not timed.
+        unit: the method that multiples refer to; None where it was not timed.
+        multiples: by spec, CPU time over that of the unit on the same cases.
         spread: by spec, largest minus smallest mean of a repeat, over the mean.
         untimed: methods without times, with the reason.
         refused: of methods with times, cases that they refuse; no method was timed on those.
@@ -162,6 +169,8 @@ class Timing:
 
     yardstick: MethodKey | None
     shares: Mapping[str, Mapping[str, Estimate]]
+    unit: MethodKey | None
+    multiples: Mapping[str, Estimate]
     spread: Mapping[str, float]
     layouts: int
     item_lists: int

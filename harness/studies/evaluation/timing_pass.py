@@ -13,6 +13,9 @@ from steadyload.studies.evaluation.judged_set import YARDSTICK
 from steadyload.studies.evaluation.judging import Options, Timed
 from steadyload.studies.evaluation.rows import Timing
 
+UNIT = "sme"
+"""The method whose time on the same processor is a unit that other machines have, too."""
+
 
 def timing_of(asked: Options, timed: Timed, evaluation: Evaluation) -> Timing:
     """The timing pass besides the times that rows of the evaluation have.
@@ -25,6 +28,7 @@ def timing_of(asked: Options, timed: Timed, evaluation: Evaluation) -> Timing:
     cpu = timed.times.cpu
     yardstick = evaluation.judged.keys.get(YARDSTICK) if YARDSTICK in cpu else None
     others = [spec for spec in cpu if yardstick is not None and spec != YARDSTICK]
+    unit = evaluation.judged.keys.get(UNIT) if UNIT in cpu else None
     by_repeat = {spec: own.mean(axis=1) for spec, own in cpu.items()}
     cases = pd.MultiIndex.from_tuples(timed.cases, names=KEYS)
     return Timing(
@@ -33,6 +37,8 @@ def timing_of(asked: Options, timed: Timed, evaluation: Evaluation) -> Timing:
             group: {spec: evaluation.cost_ratio(spec, YARDSTICK, group) for spec in others}
             for group in evaluation.groups
         },
+        unit=unit,
+        multiples={} if unit is None else {spec: evaluation.cost_ratio(spec, UNIT) for spec in cpu},
         spread={spec: float(np.ptp(means) / means.mean()) for spec, means in by_repeat.items()},
         layouts=len(timed.cases),
         item_lists=evaluation.judged.clusters.loc[cases].nunique(),
