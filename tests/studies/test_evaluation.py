@@ -38,6 +38,7 @@ from steadyload.studies.evaluation.comparing import (
     same_order,
     unlike_the_paper,
 )
+from steadyload.studies.evaluation.costing import body_substeps_of
 from steadyload.studies.evaluation.crossed import crossed
 from steadyload.studies.evaluation.judging import Options, judged_and_timed, tunings
 from steadyload.studies.evaluation.study import Evaluation
@@ -130,6 +131,37 @@ def test_errors_cost_what_verdicts_and_labels_say(written, assert_drawn):
     assert "Whose errors cost least" in text[: text.index("## Accuracy and cost")]
     [figure] = (written / "page" / "figures").glob("error_costs.*")
     assert_drawn(figure)
+
+
+def test_times_are_told_as_multiples_of_those_of_sme(written):
+    text = (written / "page" / "report.md").read_text()
+    header, *lines = rows(text, "## Time a layout")
+    told = {line[0]: dict(zip(header, line, strict=True)) for line in lines}
+    unit = float(told["SME"]["CPU ms"].split()[0])
+    assert told["SME"]["times SME"] == "1.0 [1.0, 1.0]"
+    for line in told.values():
+        multiple, cpu = (float(line[name].split()[0]) for name in ("times SME", "CPU ms"))
+        assert multiple == pytest.approx(cpu / unit, rel=0.06)
+        assert float(line["median CPU ms"]) <= float(line["90 % CPU ms"])
+
+
+def test_body_substeps_are_the_mean_over_cases_of_one_judgement_each():
+    cases = pd.MultiIndex.from_tuples([("a", "S1"), ("b", "S1"), ("a", "S2a")], names=KEYS)
+    steps = {"ps3@mujoco": (100, 300, 500), "fbs": (0, 0, 0)}
+    table = pd.DataFrame(
+        [
+            (*case, spec, repetition, (1 + 9 * repetition) * step)
+            for spec, own in steps.items()
+            for case, step in zip(cases, own, strict=True)
+            for repetition in (0, 1)
+        ],
+        columns=[*KEYS, "method", "repetition", "body_substeps"],
+    )
+    judged = types.SimpleNamespace(
+        results=table, said=pd.DataFrame(index=cases), clusters=pd.Series(["p", "q", "r"], cases)
+    )
+    assert body_substeps_of(judged, "ps3@mujoco").value == 300.0
+    assert body_substeps_of(judged, "fbs") is None
 
 
 def test_all_tables_say_how_many(written):
