@@ -80,6 +80,12 @@ def test_a_change_of_the_numerics_counts_and_one_of_the_model_does_not(found):
     assert "loading" not in {own.group for own in found.swept}
 
 
+def test_soft_contacts_are_a_change_of_the_model_with_a_section_of_their_own(found):
+    assert [own.value for own in found.compliant] == [1e5, 1e6, 1e7, 3e7]
+    assert {own.title for own in found.compliant}.isdisjoint(own.title for own in found.others)
+    assert len(found.compliant) + len(found.others) == len(found.variants)
+
+
 def test_a_layout_on_which_a_fine_engine_differs_is_a_dispute(found):
     (dispute,) = found.disputes
     assert (dispute.layout, dispute.item_count, dispute.label) == ("c", 8, "3")
@@ -94,7 +100,14 @@ def test_the_page_shows_what_was_found(found, assert_shown):
         Convergence(),
         found,
         answer=[found.any_change.n, percent(found.any_change)],
-        tables=[found.reference, found.variants, found.engines, found.opinions, found.disputes],
+        tables=[
+            found.reference,
+            found.compliant,
+            found.others,
+            found.engines,
+            found.opinions,
+            found.disputes,
+        ],
         charts=["sweeps", "engines"],
     )
 

@@ -28,9 +28,10 @@ from steadyload.statistics.metrics import mean, share
 from steadyload.studies.convergence.judging import BASE, ENGINES, LOOKED_AT, VARIANTS, canonical
 
 STABLE = "stable"
+_STIFFNESS = "stiffness [N/m]"
 _NUMERICAL = frozenset(
     {
-        "tolerance [m]", "stiffness [N/m]", "damping time [s]", "depth of full damping [m]",
+        "tolerance [m]", _STIFFNESS, "damping time [s]", "depth of full damping [m]",
         "stiction speed [m/s]", "longest step [s]",
     }
 )  # fmt: skip
@@ -115,6 +116,16 @@ class Found:
     costs: str = CostSource(CostKind.ONE_PROCESS).explained()
 
     @property
+    def compliant(self) -> list[Compared]:
+        """Changes to contacts that give way more than numerics ask for, the softest first."""
+        return [own for own in self.variants if _compliant(own.group, own.value)]
+
+    @property
+    def others(self) -> list[Compared]:
+        """All other changes."""
+        return [own for own in self.variants if not _compliant(own.group, own.value)]
+
+    @property
     def swept(self) -> list[Compared]:
         """Changes of a parameter that took several values."""
         numbered = [own for own in self.variants if own.value is not None]
@@ -148,10 +159,7 @@ def compare(
         judges = [m for m in opinions["method"].unique() if m != BASE]  # those that began
         slow = [_row("", m, m, None, _answers(opinions), opinions) for m in judges]
     numerical = [
-        v.spec
-        for v in VARIANTS
-        if v.group in _NUMERICAL
-        and not (v.group == "stiffness [N/m]" and v.value is not None and v.value < _SOFT)
+        v.spec for v in VARIANTS if v.group in _NUMERICAL and not _compliant(v.group, v.value)
     ]
     both = swept.join(said[[c for c in said.columns if c not in swept.columns]])
     base = everything[everything["method"] == BASE]
@@ -177,6 +185,10 @@ def compare(
         disputes=_disputes(said, both, base),
         made_with=made_with,
     )
+
+
+def _compliant(group: str, value: float | None) -> bool:
+    return group == _STIFFNESS and value is not None and value < _SOFT
 
 
 def _answers(results: pd.DataFrame) -> pd.DataFrame:
