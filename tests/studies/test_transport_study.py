@@ -62,8 +62,22 @@ def test_loads_stand_by_their_label_and_are_different_first():
     assert found.limit_g is not None
 
 
+def test_loads_of_real_size_have_few_boxes():
+    every, few = standing_loads(REAL, 1000), standing_loads(REAL, 1000, 40)
+    assert [load.name for load in few] == [one.name for one in every if len(one.layout) <= 40]
+    assert 0 < len(few) < len(every)
+
+
+def test_loads_of_fewer_boxes_than_there_are_are_refused(tmp_path):
+    with pytest.raises(StudyError, match=r"most-boxes is 20; allowed: 25 or more"):
+        limits_of_loads(
+            Lab(tmp_path, 0), loads=100, most_boxes=20, small=1, referenced=0, directions=1,
+            engines=["mujoco"],
+        )  # fmt: skip
+
+
 def test_loads_of_real_size_are_asked_of_engines_that_no_cheaper_one_beats():
-    found = engines_on_the_front()
+    found = engines_on_the_front(61)
     here = front_for(load_fronts(), Question.STANDS, 61).here()
     rows = {m.engine: m for m in here.measured if m.method.startswith("ps_opt@")}
     cpu = [rows[name].cpu.value for name in found]
@@ -80,7 +94,7 @@ def test_limits_are_kept_and_an_unknown_engine_is_refused(tmp_path, monkeypatch)
     monkeypatch.setattr(module, "fixed_step_engines", lambda names=("mujoco",): known(names))
 
     def find(engine):
-        few = {"loads": 1, "small": 1, "referenced": 0, "directions": 1}
+        few = {"loads": 1, "most_boxes": 61, "small": 1, "referenced": 0, "directions": 1}
         return limits_of_loads(Lab(tmp_path, 0), **few, engines=[engine])
 
     with pytest.raises(StudyError, match="did you mean 'mujoco'"):

@@ -19,6 +19,7 @@ from steadyload.methods.registry import make_method
 from steadyload.methods.tuned import TUNED
 from steadyload.runs.able import fixed_step_engines
 from steadyload.runs.asked import measured
+from steadyload.runs.definition import StudyError
 from steadyload.runs.pool import PartLimit
 from steadyload.runs.provenance import made_by
 from steadyload.runs.store import JSON, Store, locked
@@ -109,16 +110,23 @@ def exact_at(friction: float) -> str:
     return EXACT if friction == FRICTION else f"{EXACT},friction={friction:g}"
 
 
-def standing_loads(of: str, count: int) -> list[Load]:
+def standing_loads(of: str, count: int, most_boxes: int | None = None) -> list[Load]:
     """Loads of a set that stand by their label: layouts that are all different first.
 
+    Args:
+        of: the set.
+        count: loads at most.
+        most_boxes: only loads of at most so many boxes; None for all.
+
     Raises:
-        BenchmarkError: the set has none.
+        BenchmarkError: the set has no labelled cases.
     """
     benchmark = load_benchmark(of)
     part = Part.TEST if of == LISTS else Part.ALL
     cases = benchmark.select(part, question=Question.STANDS)
     cases = cases[cases["failing_step"].isna()]
+    if most_boxes is not None:
+        cases = cases[cases["item_count"] <= most_boxes]
     again = cases.duplicated("layout")
     chosen = pd.concat([cases[~again], cases[again]]).head(count)
     names = chosen[["layout", "scenario", "instance"]].itertuples(index=False)
@@ -128,18 +136,21 @@ def standing_loads(of: str, count: int) -> list[Load]:
     ]
 
 
-def engines_on_the_front() -> tuple[str, ...]:
-    """Engines whose tuned simulation no cheaper one beats on the largest loads that were measured.
+def engines_on_the_front(boxes: int) -> tuple[str, ...]:
+    """Engines whose tuned simulation no cheaper one beats on loads of so many boxes.
 
     Of those that are installed, by rising CPU time, where a load has to stand; as `steadyload
     recommend` knows them.
+
+    Args:
+        boxes: of a load; the largest loads that were measured stand for larger ones.
 
     Raises:
         FrontError: no engine that was measured is installed.
     """
     fronts = [front for front in load_fronts() if front.question is Question.STANDS]
-    largest = front_for(fronts, Question.STANDS, max(front.most for front in fronts))
-    simulations = [m for m in largest.here().measured if parse_spec(m.method).name == TUNED]
+    own = front_for(fronts, Question.STANDS, min(boxes, max(front.most for front in fronts)))
+    simulations = [m for m in own.here().measured if parse_spec(m.method).name == TUNED]
     return tuple(one.engine for one in best(simulations) if one.engine)
 
 
@@ -147,6 +158,7 @@ def limits_of_loads(
     lab: Lab,
     *,
     loads: int,
+    most_boxes: int,
     small: int,
     referenced: int,
     directions: int,
@@ -155,15 +167,20 @@ def limits_of_loads(
     """Find the missing limits by the options of the study, and return all.
 
     Raises:
-        StudyError: no such engine.
+        StudyError: no such engine, or every load of real size has more boxes.
         FrontError: no engine is named, and none is to be recommended here.
         ResultsError: another run is at work in the folder.
     """
     here = {
         LISTS: fixed_step_engines(),
-        REAL: fixed_step_engines(engines or engines_on_the_front()),
+        REAL: fixed_step_engines(engines or engines_on_the_front(most_boxes)),
     }
-    found = {LISTS: standing_loads(LISTS, small), REAL: standing_loads(REAL, loads)}
+    found = {LISTS: standing_loads(LISTS, small), REAL: standing_loads(REAL, loads, most_boxes)}
+    if not found[REAL]:
+        least = min(len(load.layout) for load in standing_loads(REAL, loads))
+        raise StudyError(
+            f"most-boxes is {most_boxes}; allowed: {least} or more, which loads of real size have"
+        )
     statics = list(dict.fromkeys([EXACT, RUBBING, *map(exact_at, FRICTIONS)]))
     asked_of = [
         (load, method, 0.0)

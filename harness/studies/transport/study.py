@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from steadyload.layouts.sizes import MOST_SMALL
 from steadyload.studies.kit import Lab, Study, option
 
 if TYPE_CHECKING:
@@ -17,6 +18,9 @@ class Transport(Study["Found"]):
     about = "compare limits of acceleration by equilibrium, engines and the reference, and why"
 
     loads: int = option(200, "loads of real size (default: 200)", least=1)
+    most_boxes: int = option(
+        MOST_SMALL, f"boxes of a load of real size at most (default: {MOST_SMALL})", least=1
+    )
     small: int = option(60, "loads of at most 20 boxes (default: 60)", least=1)
     referenced: int = option(
         100, "loads of real size, those of fewest boxes, that the reference judges as well "
