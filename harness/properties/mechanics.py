@@ -1,6 +1,7 @@
 """Mechanics of single bodies: closed forms, and equations of motion solved to 1e-12.
 
-Nothing here knows an engine. Units are SI, angles in radians unless a name says otherwise.
+Nothing here knows an engine. Units are SI, angles in radians unless a name says otherwise; layouts
+have their own.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from scipy.integrate import solve_ivp
 from steadyload.engines.checks.euler import ABSOLUTE, RELATIVE
 from steadyload.engines.checks.euler import spun as spun
 from steadyload.engines.world import GRAVITY
+from steadyload.layouts.model.layout import Arrangement
 
 FloatArray = NDArray[np.float64]
 
@@ -74,6 +76,36 @@ def harmonic_overhangs(count: int, length: float) -> list[float]:
     carries it. The lowest block stands on the floor, so there are ``count`` - 1 of them.
     """
     return [length / (2.0 * k) for k in range(1, count)]
+
+
+def column_limit(column: Arrangement, friction: float, direction_deg: float) -> float:
+    """The acceleration at which a column slides or tips, in a direction along a side [g].
+
+    At every face the part above it slides from the friction on, and tips from b / h on: its centre
+    of mass lies b behind the edge of the face, in the direction of the force, and h above it. The
+    weakest face counts.
+
+    Args:
+        column: boxes in loading order, each with all of its base on the one before.
+        friction: Coulomb coefficient at every face, 0 or more.
+        direction_deg: of the force on the boxes, seen from above, a multiple of 90; see
+            :class:`steadyload.transport.limits.Limit`.
+
+    Returns:
+        0 where a part has its centre of mass past its edge.
+    """
+    angle = math.radians(direction_deg)
+    along = np.round((math.cos(angle), math.sin(angle)))
+    axis, sign = (0, along[0]) if along[0] else (2, along[1])
+    centres = 0.5 * (column.lower + column.upper) + column.mass_offsets
+    held = friction
+    for level in range(len(column.weights)):
+        weights = column.weights[level:]
+        centre = weights @ centres[level:] / weights.sum()
+        edge = column.upper[level, axis] if sign > 0.0 else column.lower[level, axis]
+        height = centre[1] - column.lower[level, 1]
+        held = min(held, max(0.0, sign * (edge - centre[axis])) / height)
+    return float(held)
 
 
 def _solved(rates: Callable, start: Sequence[float], seconds: float, event: Callable | None = None):

@@ -7,7 +7,9 @@ from collections.abc import Iterable, Sequence
 from steadyload.errors import nearest
 from steadyload.properties import (
     PropertyError,
+    bearing,
     consistency,
+    road,
     stability,
     symmetry,
     worlds,
@@ -18,6 +20,8 @@ KINDS: dict[str, tuple[Property, ...]] = {
     "Verdicts among themselves": consistency.PROPERTIES,
     "The same layout, moved or turned": symmetry.PROPERTIES,
     "What must stand, and what must fall": stability.PROPERTIES,
+    "What boxes bear": bearing.PROPERTIES,
+    "Loads on the road": road.PROPERTIES,
     "Bodies in an engine's world": worlds.PROPERTIES,
 }
 """Properties by what they are about."""

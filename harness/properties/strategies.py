@@ -110,6 +110,43 @@ def towers(draw: DrawFn, *, most: int = 8, planar: bool = False) -> Layout:
 
 
 @st.composite
+def carton_towers(draw: DrawFn, *, most: int = 20, planar: bool = False) -> Layout:
+    """Cartons of 20 to 60 cm on each other, each in the middle of the one below and not larger.
+
+    No carton is higher than its base is wide.
+    """
+    width, depth = draw(sides(20, 60)), draw(_depths(planar, 20, 60))
+    boxes: list[Placed] = []
+    top = 0.0
+    for _ in range(draw(st.integers(1, most))):
+        width = draw(sides(20, int(width)))
+        depth = depth if planar else draw(sides(20, int(depth)))
+        size = (width, draw(sides(20, int(min(width, depth)))), depth)
+        boxes.append(Placed((-0.5 * width, top, -0.5 * depth), size, density_weight(size)))
+        top = boxes[-1].top
+    return built("cartons", boxes)
+
+
+@st.composite
+def columns(draw: DrawFn, *, most: int = 4) -> Layout:
+    """Boxes of 20 to 60 cm on each other, each with all of its base on the one below; one density.
+
+    Heights are 5 to 60 cm; centres of mass lie up to a tenth of a side aside from the middle.
+    """
+    shares = st.integers(-10, 10).map(lambda percent: percent / 100.0)
+    (x, y, z), (width, depth) = (0.0, 0.0, 0.0), (60.0, 60.0)
+    boxes: list[Placed] = []
+    for _ in range(draw(st.integers(1, most))):
+        size = (draw(sides(20, int(width))), draw(sides(5, 60)), draw(sides(20, int(depth))))
+        x += draw(st.integers(0, int(width - size[0])))
+        z += draw(st.integers(0, int(depth - size[2])))
+        offset = (draw(shares) * size[0], 0.0, draw(shares) * size[2])
+        boxes.append(Placed((x, y, z), size, density_weight(size), offset))
+        y, width, depth = boxes[-1].top, size[0], size[2]
+    return built("column", boxes)
+
+
+@st.composite
 def overhanging_stacks(draw: DrawFn, *, most: int = 5, planar: bool = False) -> Layout:
     """Items standing on each other, each shifted so that it still touches the one below."""
     boxes: list[Placed] = []

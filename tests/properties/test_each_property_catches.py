@@ -13,9 +13,11 @@ from steadyload.engines.world import Velocities
 from steadyload.methods import registry as method_registry
 from steadyload.methods.contract.method import STABLE, Finding
 from steadyload.methods.rules.base_support import FullBaseSupport, PartialBaseSupport
+from steadyload.methods.session import session
 from steadyload.properties.property import MethodUnderTest
 from steadyload.properties.registry import PROPERTIES
 from steadyload.properties.search import search
+from steadyload.statics.bearing.crushing import crushed_by_now
 
 MUJOCO = world_class("mujoco")
 WORLDS = itertools.count(1)
@@ -57,6 +59,13 @@ def driven_where(condition):
     return Driven
 
 
+class Rough(MUJOCO):
+    """Friction is twice what was asked for."""
+
+    def __init__(self, settings):
+        super().__init__(dataclasses.replace(settings, friction=2.0 * settings.friction))
+
+
 class Moody(driven_where(lambda box: True)):
     """Every other world lets nothing set off."""
 
@@ -70,6 +79,9 @@ class Moody(driven_where(lambda box: True)):
 
 ENGINES = {
     "tower": Tilted,
+    "carton tower": Tilted,
+    "accelerated column": Rough,
+    "accelerated pile": Rough,
     "floor": Tilted,
     "balanced stays": Tilted,
     "unbalanced moves": Frozen,
@@ -135,9 +147,48 @@ def test_a_property_catches_a_method_that_is_wrong(name, monkeypatch):
     assert "Error" not in found.counterexample.found
 
 
+def never(layout, items, check_time):
+    """No box is ever crushed."""
+
+
+def weakest(layout, items, check_time):
+    """A box bears half of what it may."""
+    halved = [item if item.max_load is None else halved_load(item) for item in items]
+    return crushed_by_now(layout, halved, check_time)
+
+
+def halved_load(item):
+    return dataclasses.replace(item, max_load=0.5 * item.max_load)
+
+
+def named_wrong(layout, items, check_time):
+    """The box that came last is named, not the one that is crushed."""
+    found = crushed_by_now(layout, items, check_time)
+    return found and dataclasses.replace(found, item=len(items) - 1)
+
+
+LOOKS = [
+    ("crushed column", never),
+    ("crushed column", weakest),
+    ("crushed column", named_wrong),
+    ("whole load borne", weakest),
+]
+
+
+@pytest.mark.parametrize(("name", "look"), LOOKS)
+@pytest.mark.parametrize("spec", ["sme", "ps_opt@rapier"])
+def test_a_property_catches_a_session_that_is_wrong(name, look, spec, monkeypatch):
+    monkeypatch.setattr(session, "crushed_by_now", look)
+    tested = MethodUnderTest(spec)
+    assert PROPERTIES[name].applies(tested)
+    found = search(PROPERTIES[name], tested, examples=60, seed=1, shrink=False)
+    assert "Error" not in found.counterexample.found
+
+
 def test_every_property_has_something_to_catch():
     elsewhere = {"past the edge", "inside the edge", "mirror", "free fall", "sliding"}
-    assert {*ENGINES, *METHODS, *elsewhere} == set(PROPERTIES)
+    of_sessions = {name for name, _ in LOOKS}
+    assert {*ENGINES, *METHODS, *of_sessions, *elsewhere} == set(PROPERTIES)
 
 
 def test_first_parts_are_fewer_items_than_all():

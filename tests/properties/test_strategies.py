@@ -12,10 +12,12 @@ from steadyload.methods import make_method
 from steadyload.methods.contract.declared import EVERY_LAYOUT, LABEL_LIMITS, LayoutRange
 from steadyload.methods.simulation.scene import planar_scene
 from steadyload.properties import strategies as s
+from steadyload.properties.mechanics import column_limit
 from steadyload.properties.property import Case, MethodUnderTest
 from steadyload.properties.registry import PROPERTIES
 from steadyload.properties.search import search
 from steadyload.properties.transforms import brought_within, mirrored, quarter_turned, translated
+from steadyload.transport.limits import limits
 
 FEW = settings(max_examples=60, derandomize=True)
 
@@ -51,6 +53,56 @@ def test_towers_rest_fully_and_centred(layout):
     centres = 0.5 * (layout.lower + layout.upper)[:, ::2]
     assert (centres == centres[0]).all()
     assert make_method("fbs").judge(layout).stable
+
+
+@FEW
+@given(s.carton_towers())
+def test_towers_of_cartons_rest_fully_and_centred(layout):
+    assert len(layout) <= 20
+    sizes = layout.upper - layout.lower
+    assert (sizes >= 20.0).all()
+    assert (sizes <= 60.0).all()
+    assert (sizes[:, 1] <= sizes[:, ::2].min(axis=1)).all()
+    centres = 0.5 * (layout.lower + layout.upper)[:, ::2]
+    assert (centres == centres[0]).all()
+    assert make_method("fbs").judge(layout).stable
+
+
+@FEW
+@given(s.columns())
+def test_columns_rest_fully_on_the_box_below(layout):
+    assert find_contacts(layout).on_floor.tolist() == [True] + [False] * (len(layout) - 1)
+    assert make_method("fbs").judge(layout).stable
+    density = layout.weights / (layout.upper - layout.lower).prod(axis=1)
+    assert density == pytest.approx(density[0])
+    assert (np.abs(layout.mass_offsets) <= 0.1 * (layout.upper - layout.lower) + 1e-12).all()
+
+
+@FEW
+@given(s.columns(), st.sampled_from((0.0, 90.0, 180.0, 270.0)), st.sampled_from((0.3, 0.5, 0.9)))
+def test_the_closed_form_of_a_column_is_what_contact_forces_balance(layout, direction, friction):
+    expected = column_limit(layout, friction, direction)
+    spec = f"equilibrium:sides=frictionless,friction={friction}"
+    (found,) = limits(layout, spec, directions=(direction,))
+    assert found.limit_g == pytest.approx(expected, abs=1e-6)
+
+
+def test_a_column_tips_by_the_lever_of_its_weakest_face():
+    """By hand: a cube of 20 cm slides at 0.5; with one on top, 40 cm high, it tips at 10 / 20."""
+    cube = (20.0, 20.0, 20.0)
+    one = s.built("one", [s.Placed((0.0, 0.0, 0.0), cube, 2.0)])
+    two = s.built("two", [s.Placed((0.0, 20.0 * k, 0.0), cube, 2.0) for k in range(2)])
+    aside = s.built("aside", [s.Placed((0.0, 0.0, 0.0), cube, 2.0, (5.0, 0.0, 0.0))])
+    past = s.built(
+        "past",
+        [s.Placed((0.0, 0.0, 0.0), cube, 2.0), s.Placed((15.0, 20.0, 0.0), cube, 20.0)],
+    )
+    assert column_limit(one, 0.6, 0.0) == pytest.approx(0.6)
+    assert column_limit(one, 2.0, 0.0) == pytest.approx(1.0)
+    assert column_limit(two, 0.6, 90.0) == pytest.approx(0.5)
+    assert column_limit(aside, 2.0, 0.0) == pytest.approx(0.5)
+    assert column_limit(aside, 2.0, 180.0) == pytest.approx(1.5)
+    assert column_limit(past, 0.6, 0.0) == 0.0
 
 
 @FEW
@@ -174,11 +226,11 @@ def test_a_learner_that_accepts_all_and_a_cascade_are_asked_about_every_layout()
 
 
 def test_the_limits_of_labels_are_those_of_the_preset_that_labels():
-    for question, limits in LABEL_LIMITS.items():
+    for question, own_limits in LABEL_LIMITS.items():
         own = make_method(f"label@mujoco:question={question}").parameters
         expected = own.t_max, own.eps_t, own.eps_r, own.gravity
         assert expected == (
-            limits.time, limits.displacement, limits.rotation, limits.gravity
+            own_limits.time, own_limits.displacement, own_limits.rotation, own_limits.gravity
         )  # fmt: skip
 
 

@@ -29,8 +29,8 @@ class Properties(Study["Found"]):
     )  # fmt: skip
     methods: tuple[str, ...] = methods_option(
         "only this method, for example ps3@mujoco; may be repeated "
-        "(default: static methods, the label's way and the tuned preset on every engine that needs "
-        "no extra, learned methods and a cascade)"
+        "(default: static methods, the label's way and the tuned preset on all engines that are "
+        "compared here, learned methods and cascades)"
     )
     properties: tuple[str, ...] = option(
         (), "only this; may be repeated", names=("--property",), metavar="NAME"

@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from steadyload.atomic import not_a_link, without_link
-from steadyload.engines.registry import engine_names, engines, package_versions
+from steadyload.engines.registry import engines, engines_here, package_versions
 from steadyload.errors import nearest
 from steadyload.layouts.files.record import Record, to_layout
 from steadyload.layouts.formats import Format, write_layouts
@@ -66,7 +66,7 @@ STATIC_METHODS = (
     "settling",
 )
 
-FITTED_METHODS = ("lstm_1", "lstm_e", "cascade@mujoco")
+FITTED_METHODS = ("lstm_1", "lstm_e", "cascade@mujoco", "cascade@rapier")
 """Methods that were trained or fitted on labels, which the default tests beside all others."""
 
 _READABLE = 100
@@ -93,8 +93,8 @@ def methods_on(names: Sequence[str] | None) -> list[str]:
 
     Args:
         names: engines, on which the label's way is tested; None takes the static methods, the
-            label's way and the tuned preset on all engines that are not optional, and the methods
-            that were fitted on labels. (What must hold within an envelope needs one to be known.)
+            label's way and the tuned preset on all engines that studies compare here, and the
+            methods that were fitted on labels.
 
     Raises:
         PropertyError: no engine of that name.
@@ -107,8 +107,8 @@ def methods_on(names: Sequence[str] | None) -> list[str]:
         return [f"label@{name}" for name in names]
     return [
         *STATIC_METHODS,
-        *(f"label@{name}" for name in engine_names()),
-        *(f"{TUNED}@{name}" for name in engine_names() if name in tuned()[TUNED]),
+        *(f"label@{name}" for name in engines_here()),
+        *(f"{TUNED}@{name}" for name in engines_here() if name in tuned()[TUNED]),
         *FITTED_METHODS,
     ]
 
