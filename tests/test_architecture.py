@@ -60,7 +60,7 @@ ALLOWED = {
     "measured": {"measured", "transport", *_METHODS},
     "labelling": {"labelling", *_RUNS},
     "tuning": {"tuning", *_RUNS},
-    "properties": {"properties", *_RUNS},
+    "properties": {"properties", "transport", *_RUNS},
     "learners": {"learners", "compilation", *_RUNS},
     "app": {"app", "reports", "transport", "repairing", *_RUNS},
     "studies": {"studies", "app", "reports", *_LIBRARIES},
