@@ -104,7 +104,7 @@ def test_a_script_without_this_package_recomputes_ten_figures():
         ("ps_opt@rapier", "For *within 0.3 s* `ps_opt@rapier` is right on {} ["),
         ("ps_opt@rapier:question=stands", "for *stands* on {} ["),
     ):
-        assert words.format(found[f"{spec}, real size"]) in real
+        assert words.format(found[f"{spec}, 25 to 61 boxes"]) in real
     engines, _ = answers()["Does the engine matter?"]
     engines = re.sub(r" \[[^]]*\]", "", engines)
     for sets, words in (
