@@ -50,12 +50,11 @@ def shares(found, parameters):
     return ", ".join(f"{100 * part / whole:.1f}" for part in (own, engine, whole - own - engine))
 
 
-lists = verdicts("evaluation", "spatial")
-real = verdicts("evaluation_real", "real").query("item_count < 62")
+lists, real = verdicts("evaluation", "spatial"), verdicts("evaluation_real", "real")
 for method in (*METHODS, f"cascade@mujoco{STANDS}"):
     print(f"{method}: {accuracy(lists, method):.1f}")
 for method in ("ps_opt@rapier", f"ps_opt@rapier{STANDS}"):
-    print(f"{method}, 25 to 61 boxes: {accuracy(real, method):.1f}")
+    print(f"{method}, 25 to 61 boxes: {accuracy(real.query('item_count < 62'), method):.1f}")
 judged = verdicts("engines", "sources/lists")
 for own in (PARAMETERS, PARAMETERS[2:]):
     print(f"parameters, engine, both; {len(own)} sets: {shares(judged, own)}")

@@ -39,11 +39,11 @@ PREFERENCES = (
     Preference("stands", "cascade@rapier:question=stands", "rapier", without=_LESS),
     Preference("stands", "cascade@mujoco:question=stands", "mujoco", without="less accurate"),
     Preference("stands", "settling", most=20),
-    Preference("stands", "lstm_e:question=stands", most=62),
-    Preference("stands", "settling"),
+    Preference("stands", "lstm_e:question=stands"),
     Preference("within", "cascade@rapier", "rapier", without=_LESS),
     Preference("within", "cascade@mujoco", "mujoco", without="less accurate"),
-    Preference("within", "equilibrium:time=0.3"),
+    Preference("within", "equilibrium:time=0.3", most=100),
+    Preference("within", "lstm_e"),
 )
 """Methods, the best first. On layouts of real size cascades are the most accurate of those that
 take milliseconds (page ``evaluation_real``); of methods without an engine those are named that are

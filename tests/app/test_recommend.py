@@ -445,7 +445,7 @@ def test_a_size_that_was_not_measured_is_told_the_nearest_one(capsys):
     assert main(["recommend", "--boxes", "1000"]) == 2
     told = capsys.readouterr().err
     assert "measured on layouts of 1000 boxes for the question stands" in told
-    assert "38 to 61 boxes, of which 61 are nearest: --boxes 61." in told
+    assert "102 to 146 boxes, of which 146 are nearest: --boxes 146." in told
 
 
 def test_a_run_is_kept_beside_others(real, tmp_path, monkeypatch, capsys):
