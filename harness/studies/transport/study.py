@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from steadyload.layouts.sizes import MOST_SMALL
 from steadyload.studies.kit import Lab, Study, option
 
 if TYPE_CHECKING:
@@ -18,8 +17,8 @@ class Transport(Study["Found"]):
     about = "compare limits of acceleration by equilibrium, engines and the reference, and why"
 
     loads: int = option(200, "loads of real size (default: 200)", least=1)
-    most_boxes: int = option(
-        MOST_SMALL, f"boxes of a load of real size at most (default: {MOST_SMALL})", least=1
+    most_boxes: int | None = option(
+        None, "boxes of a load of real size at most (default: 61, those of a small one)", least=1
     )
     small: int = option(60, "loads of at most 20 boxes (default: 60)", least=1)
     referenced: int = option(
@@ -35,9 +34,11 @@ class Transport(Study["Found"]):
 
     def run(self, lab: Lab) -> Found:
         """Missing limits are found, and all are compared."""
+        from steadyload.layouts.sizes import MOST_SMALL
         from steadyload.runs.provenance import provenance_lines
         from steadyload.studies.transport.comparing import compare
         from steadyload.studies.transport.limits_of_loads import limits_of_loads
 
-        made_with = provenance_lines()
-        return compare(limits_of_loads(lab, **vars(self)), made_with)
+        made_with, asked = provenance_lines(), vars(self)
+        most = MOST_SMALL if self.most_boxes is None else self.most_boxes
+        return compare(limits_of_loads(lab, **{**asked, "most_boxes": most}), made_with)
