@@ -88,6 +88,7 @@ class Export:
         choices="steadyload.layouts.model.scenarios:Scenario",
     )  # fmt: skip
     limit: int | None = option(None, "only the first N of every scenario", least=1)
+    failing: bool = option(False, "only cases that fail by the label of at least one question")
     to: str | None = option(
         None, "format of the output (default: csv for *.csv, native for *.json, parquet for "
         "*.parquet)", choices=WRITABLE,
@@ -108,6 +109,7 @@ class Export:
             part=self.part,
             scenarios=self.scenarios,
             limit=self.limit,
+            failing=self.failing,
         )
         print(f"{count} cases -> {self.output}; labels -> {labels_path(self.output)}")
 

@@ -17,8 +17,10 @@ from steadyload.layouts.benchmark.export import LABEL_COLUMNS, export, labels_pa
 from steadyload.layouts.benchmark.overview import overview
 from steadyload.layouts.benchmark.tables import (
     CASES,
+    STANDS,
     DamagedSetError,
     as_parquet,
+    write_further,
     write_tables,
 )
 from steadyload.layouts.files.csv_cells import unguarded
@@ -174,6 +176,26 @@ def test_a_slice_is_exported(folder, tmp_path):
         export(benchmark, path, Format.CSV, part="validation")
 
 
+def test_failing_cases_alone_are_exported(folder, tmp_path):
+    """By the label of either question, and the limit counts these alone."""
+    path = tmp_path / "cases.json"
+
+    def names(**flags):
+        export(load_benchmark(folder), path, Format.NATIVE, failing=True, **flags)
+        return [lay.name for lay in read_layouts(path)]
+
+    assert names() == ["B_S1", "A_S2a", "A_S2b"]
+    with pytest.raises(BenchmarkError, match="none of these cases fails; allowed: a part of which"):
+        names(part="train")
+    rows = [dict.fromkeys(STANDS.names) | {
+        "layout": "A", "scenario": scenario, "status": "done", "failing_step": step,
+    } for scenario, step in (("S1", 3), ("S2a", None))]  # fmt: skip
+    write_further(folder, "stands", pd.DataFrame(rows), {})
+    assert names() == ["B_S1", "A_S1", "A_S2a", "A_S2b"]
+    assert names(limit=1) == ["B_S1", "A_S2a", "A_S2b"]
+    assert names(scenarios=("S2a",)) == ["A_S2a"]
+
+
 def test_an_unknown_scenario_is_named(folder, tmp_path):
     whole = load_benchmark(folder)
     frames = [whole.layouts.reset_index(), whole.cases, whole.opinions]
@@ -271,6 +293,8 @@ def test_export_takes_a_slice_and_a_format(folder, tmp_path, capsys, name, to, k
     begins = {"csv": "layout,", "native": '{\n "format"', "job": '{\n "ulds"'}[kind]
     assert out.read_text().startswith(begins)
     assert [row["failing_step"] for row in labels(out)] == ["1"]
+    assert main([*whole, "--failing", *to]) == 0
+    assert [lay.name for lay in read_layouts(out)] == ["B_S1", "A_S2a"]
 
 
 def test_import_says_what_came_of_it(tmp_path, capsys):

@@ -15,6 +15,7 @@ import pandas as pd
 from steadyload.atomic import write_atomically
 from steadyload.layouts.benchmark.dataset import KEYS, Benchmark
 from steadyload.layouts.benchmark.parts import Part
+from steadyload.layouts.benchmark.tables import BenchmarkError
 from steadyload.layouts.files.csv_cells import harmless
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.statistics.placed import items_placed_by_case
@@ -45,6 +46,7 @@ def export(
     part: Part | str = Part.ALL,
     scenarios: tuple[str, ...] = (),
     limit: int | None = None,
+    failing: bool = False,
 ) -> int:
     """Write cases as one file of layouts, and their labels beside it, both or neither.
 
@@ -57,7 +59,8 @@ def export(
         kind: its format; one that can be written.
         part: as in :meth:`steadyload.layouts.benchmark.dataset.Benchmark.select`.
         scenarios: as there.
-        limit: as there.
+        limit: as there; of failing cases where these alone are wanted.
+        failing: only cases that fail by the label of at least one question.
 
     Returns:
         The number of cases written.
@@ -72,7 +75,9 @@ def export(
     for file in targets:
         if file.is_dir():
             raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(file))
-    cases = benchmark.select(part, scenarios=scenarios, limit=limit)
+    cases = benchmark.select(part, scenarios=scenarios, limit=None if failing else limit)
+    if failing:
+        cases = _failing(benchmark, cases).groupby("scenario", sort=False).head(limit or len(cases))
     names = [_name(case) for case in cases.to_dict("records")]
     layouts = (
         benchmark.layout(layout, scenario).renamed(name)
@@ -89,6 +94,20 @@ def export(
     except OSError as error:
         raise type(error)(error.errno, error.strerror, str(path)) from None
     return len(cases)
+
+
+def _failing(benchmark: Benchmark, cases: pd.DataFrame) -> pd.DataFrame:
+    """Those of the cases that fail by the label of at least one question.
+
+    Raises:
+        BenchmarkError: none does.
+    """
+    stands = benchmark.stands
+    falls = pd.MultiIndex.from_frame(stands.loc[stands["failing_step"].notna(), KEYS])
+    found = cases[cases["failing_step"].notna() | pd.MultiIndex.from_frame(cases[KEYS]).isin(falls)]
+    if found.empty:
+        raise BenchmarkError("none of these cases fails; allowed: a part of which some do")
+    return found
 
 
 def labels_path(path: Path) -> Path:
