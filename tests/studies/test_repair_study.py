@@ -379,6 +379,26 @@ def test_a_set_of_which_nothing_is_repaired_has_a_page(real, tried, assert_shown
     )  # fmt: skip
 
 
+def test_plans_that_stand_against_their_label_are_counted_in_the_answer(real, tried, assert_shown):
+    sentence = "stay as they are and count as not standing here: "
+    assert all(one.changed.outcome != Outcome.UNCHANGED for one in tried.tried)
+    for count in (0, 1, 2):
+        names = sorted({one.plan.layout.name for one in tried.tried})[:count]
+        unchanged = {"outcome": Outcome.UNCHANGED, "boxes": [], "moved": None, "left_out": 0}
+        rows = [
+            replace(one, engines={}, label=None, changed=replace(one.changed, **unchanged))
+            if one.way is Way.LEAVE and one.plan.layout.name in names else one
+            for one in tried.tried
+        ]  # fmt: skip
+        found = summarise(real, replace(tried, tried=rows))
+        said = [f"{sentence}{count}."] if count else []
+        text = assert_shown(
+            RepairStudy(), found, answer=said, tables=tables(found), charts=["left_out", "moved"],
+            drawn=False,
+        )  # fmt: skip
+        assert (sentence in text) == bool(count)
+
+
 def label(status, failing_step=None):
     return confirming.Labelled(status, failing_step, 60.0)
 
