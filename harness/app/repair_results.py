@@ -120,7 +120,7 @@ class Repair(ShownInNotebook):
             "layout": self.name,
             "file": self.file,
             "outcome": str(self.outcome),
-            "items": None if self.before is None else self.before.items,
+            "items": None if self.layout is None else len(self.layout) + len(self.left_out),
             "judged_by": self.judged_by,
             "answer_before": None if self.before is None else str(self.before.answer),
             "failing_step_before": _failing(self.before),

@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 from steadyload.app.check_defaults import GAPS_CM
-from steadyload.app.checking import Check, answer_on, prepared
+from steadyload.app.checking import Answer, Check, answer_on, prepared
 from steadyload.app.repair_results import Outcome as Outcome
 from steadyload.app.repair_results import Repair as Repair
 from steadyload.errors import UserError, nearest
@@ -18,7 +18,7 @@ from steadyload.layouts.model.naming import box_label
 from steadyload.layouts.model.snapping import snap
 from steadyload.methods.contract.method import Method
 from steadyload.methods.registry import make_method
-from steadyload.numbers import number_within, seconds_allowed
+from steadyload.numbers import POSITIVE, NumberError, number_within, seconds_allowed
 from steadyload.progress import Progress, silent
 from steadyload.repairing.changes import changes_between
 from steadyload.repairing.confirmed import (
@@ -63,8 +63,8 @@ class RepairOptions:
             counts. So it does after Ctrl-C.
         seed: of random choices, 0 or more: the same one finds the same plan, unless the time ends
             the search.
-        gaps_cm: see :func:`steadyload.check`; boxes that may come down and drop by less are put
-            down where nothing else helps.
+        gaps_cm: see :func:`steadyload.check`; where ``drop`` is allowed, boxes that drop by less
+            are put down where nothing else helps.
         frame: axes and unit of the sentences.
 
     Raises:
@@ -78,13 +78,14 @@ class RepairOptions:
     shift_cm: float = SHIFT_CM
     seconds: float = SECONDS
     seed: int = 0
-    gaps_cm: float = GAPS_CM
+    gaps_cm: float | None = GAPS_CM
     frame: Frame = Frame()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "allow", _kinds(self.allow))
         number_within("shift_cm", self.shift_cm, 0.0, unit="[cm]", error=RepairError)
-        seconds_allowed(self.seconds)
+        if seconds_allowed(self.seconds, "seconds") is None:
+            raise NumberError(f"seconds is None; allowed: a number of seconds {POSITIVE}")
         if type(self.seed) is not int or self.seed < 0:
             raise RepairError(f"seed is {shown(self.seed)}; allowed: 0, 1, 2, ...")
 
@@ -106,7 +107,7 @@ def repair(
     shift_cm: float = SHIFT_CM,
     seconds: float = SECONDS,
     seed: int = 0,
-    gaps_cm: float = GAPS_CM,
+    gaps_cm: float | None = GAPS_CM,
     frame: Frame | None = None,
 ) -> Repair:
     """The nearest plan that stands: fewest boxes left out, then fewest moved, then least far.
@@ -148,7 +149,11 @@ def _repaired(layout: Layout, options: RepairOptions) -> Repair:
     )  # fmt: skip
     if before.stands:
         return same
-    closed = snap(layout, options.gaps_cm) if Kind.DROP in allowed else layout
+    if before.answer is Answer.NOT_JUDGED:
+        reason = f"not judged: {before.reason}"
+        return replace(same, outcome=Outcome.NOT_REPAIRED, reason=reason)
+    closes = Kind.DROP in allowed and options.gaps_cm is not None
+    closed = snap(layout, options.gaps_cm) if closes else layout
     boxes = Boxes(closed)
     found = ConfirmedSearch(
         boxes, allowed, options.shift_cm, options.seed,
@@ -249,6 +254,8 @@ def _why_not(
     box = box_label(left[0], layout.items[left[0]].name)
     others = {1: "", 2: ", nor has 1 other"}.get(len(left), f", nor have {len(left) - 1} others")
     free = "place where it stands" if set(allowed) - {Kind.ORDER} else "turn at which it stands"
+    if len(left) == len(layout):
+        return f"{box} has no free {free}{others} (allowed changes: {words})"
     return (
         f"{box} has no free {free}{others} (allowed changes: {words}); with leave the others "
         "may stand without them"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import combinations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -40,6 +41,11 @@ STAND, SOME_FAIL, BAD_INPUT, NOT_JUDGED = 0, 1, 2, 3
 
 _ENDINGS = {"native": ".json", "csv": ".csv", "job": ".json", "parquet": ".parquet"}
 """Format that is written -> the ending of a file in a folder."""
+
+
+def _native(target: Path) -> Path:
+    """The file for plans that the form of their own cannot state."""
+    return target.with_name(f"{target.name}.native.json")
 
 
 def _words(text: str) -> tuple[str, ...]:
@@ -102,7 +108,11 @@ class Repair(Files):
                 say(f"steadyload: {one.reason}")
         for warning in score_warnings(one.after.to_dict() for one in found if one.after):
             say(warning)
-        written = self._write(targets, found, reading["dialect"])
+        try:
+            written = self._write(targets, found, reading["dialect"])
+        except OSError:
+            self._print(found, options)  # what was found is told, also where it cannot be written
+            raise
         with kept_status():
             self._print(found, options)
         for target in targets.values() if written else ():
@@ -153,15 +163,35 @@ class Repair(Files):
         if several and out.exists() and not out.is_dir():
             raise UsageError(f"--output: {str(out)!r} is no folder; allowed for several files: one")
         found = {file: out / self._name(file) if several else out for file in self.files}
-        if len(set(found.values())) < len(self.files):
-            raise UsageError(
-                "--output: two of the files would have the same name in it; allowed: one at a time"
-            )
-        for target in found.values():
-            check_output(target, self.files)
+        for (file, target), (other, same) in combinations(found.items(), 2):
+            if target == same:
+                raise UsageError(
+                    f"--output: {str(file)!r} and {str(other)!r} would both be written to "
+                    f"{str(target)!r}; allowed: one at a time"
+                )
+        for file, target in found.items():
+            self._check(file, target)
         if not several and not out.absolute().parent.is_dir():
             raise UsageError(f"--output: {str(out.parent)!r} is no folder; allowed: one that is")
         return found
+
+    def _check(self, file: Path, target: Path) -> None:
+        """Refuse to write over what is read, and where nothing can be written.
+
+        Raises:
+            UsageError: the target is such a file, or the form of a file cannot be written.
+        """
+        read = [*self.files, *filter(None, [self.profile])]
+        check_output(target, read)
+        if target.is_dir():
+            raise UsageError(f"--output: {str(target)!r} is a folder; allowed: a file")
+        if self.to is None:
+            check_output(_native(target), read)
+            if file.suffix == _ENDINGS["parquet"]:
+                raise UsageError(
+                    f"--output: {str(file)!r} is a Parquet file, which has no text to change; "
+                    f"allowed: --to with one of {', '.join(WRITABLE)}"
+                )
 
     def _name(self, file: Path) -> str:
         if self.to is None:
@@ -191,7 +221,7 @@ class Repair(Files):
                 whole = False
                 say(f"steadyload: {error}")
                 if kind is not Format.NATIVE:
-                    native = target.with_name(f"{target.name}.native.json")
+                    native = _native(target)
                     write_repaired(file, native, own, kind=Format.NATIVE)
                     say(f"steadyload: nothing is written to {target}; its plans are in {native}")
         return whole

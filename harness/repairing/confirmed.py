@@ -172,8 +172,8 @@ class ConfirmedSearch(Generic[Said]):
         return self._base.worth if self._best is not None or self._lacks(self._base) else None
 
     def _lacks(self, attempt: Attempt) -> bool:
-        """Whether boxes are left out that have to be kept."""
-        return attempt.worth.left > 0 and Kind.LEAVE not in self._allowed
+        """Whether boxes are left out that have to be kept: any, unless that is allowed, or all."""
+        return attempt.worth.left > 0 and (Kind.LEAVE not in self._allowed or not attempt.order)
 
     def _patience(self) -> int:
         """Tries without a better plan after which the search ends."""

@@ -19,10 +19,10 @@ from steadyload.statics.kernels.loading import LEFT_OUT as LEFT_OUT
 class Kind(StrEnum):
     """A way in which a plan may change.
 
-    ``order``: the sequence of loading. ``drop``: a box comes straight down. ``shift``: a box moves
-    sideways, within a distance, and stays at its height or comes down. ``turn``: a box is turned by
-    a quarter about the vertical; its upper side stays up. ``move``: a box is put anywhere.
-    ``leave``: a box is left out.
+    ``order``: the sequence of loading. ``drop``: a box comes down. ``shift``: a box moves
+    sideways, within a distance; it stays at its height unless ``drop`` is allowed, too. ``turn``: a
+    box is turned by a quarter about the vertical; its upper side stays up. ``move``: a box is put
+    anywhere. ``leave``: a box is left out.
     """
 
     ORDER = "order"

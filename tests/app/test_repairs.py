@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import steadyload as sl
+from steadyload.app.checking import Answer, check
 from steadyload.app.repair_results import Outcome, counted_repairs, repair_fields
 from steadyload.app.repairs import RepairOptions, repair, repair_all, repair_each
 from steadyload.errors import UserError
@@ -63,8 +64,9 @@ def turned_about_the_vertical(was, now):
         ({"allow": [None]}, "allow has missing; allowed: drop, leave"),
         ({"shift_cm": -1}, "shift_cm is -1; allowed: "),
         ({"shift_cm": math.nan}, "shift_cm is nan; allowed: "),
-        ({"seconds": 0}, " is 0; allowed: a number of seconds above 0"),
-        ({"seconds": math.inf}, " is inf; allowed: a number of seconds above 0"),
+        ({"seconds": 0}, "seconds is 0; allowed: a number of seconds above 0"),
+        ({"seconds": None}, "seconds is None; allowed: a number of seconds above 0"),
+        ({"seconds": math.inf}, "seconds is inf; allowed: a number of seconds above 0"),
         ({"seed": -1}, "seed is -1; allowed: 0, 1, 2, ..."),
         ({"seed": 1.0}, "seed is 1.0; allowed: 0, 1, 2, ..."),
         ({"gaps_cm": -0.1}, "gaps_cm is -0.1; allowed: "),
@@ -159,6 +161,39 @@ def test_what_is_left_out_is_said_and_only_where_that_is_allowed(order):
     kept = repair(LEANS, [*kinds, "shift"])
     assert len(kept.layout) == 2
     assert kept.left_out == ()
+
+
+@pytest.mark.parametrize("count", [1, 2])
+@pytest.mark.parametrize("kinds", [["leave"], ["drop", "leave"], ["drop"]])
+def test_a_plan_of_which_every_box_would_be_left_out_is_not_repaired(count, kinds):
+    """Their centres of mass lie beyond the deck."""
+    over = tuple(
+        sl.Item(n, (-9, 0, 40 * n), (10, 30, 40), 12.0, name="AB"[n]) for n in range(count)
+    )
+    plan = sl.Layout("plan", PALLET, over)
+    found = repair(plan, kinds)
+    others = ", nor has 1 other" * (count - 1)
+    assert (found.outcome, found.layout, found.left_out) == (Outcome.NOT_REPAIRED, plan, ())
+    assert found.reason == (
+        f"box A (step 0) has no free place where it stands{others} "
+        f"(allowed changes: {', '.join(kinds)})"
+    )
+
+
+def test_a_plan_that_is_not_judged_stays_as_it_is_and_says_why():
+    plan = boxes(("A", -9, 0, 0), ("B", 0, 30, 0))
+    before = check(plan, "lstm_e:question=stands")
+    assert before.answer is Answer.NOT_JUDGED
+    found = repair(plan, method="lstm_e:question=stands")
+    assert (found.outcome, found.layout, found.changes) == (Outcome.NOT_REPAIRED, plan, ())
+    assert found.reason == f"not judged: {before.reason}"
+    assert found.to_dict()["answer_before"] == "not judged"
+
+
+@pytest.mark.parametrize(("plan", "outcome"), [(HOVERS, "unchanged"), (LEANS, "repaired")])
+def test_without_a_limit_on_gaps_boxes_may_hover(plan, outcome):
+    found = repair(plan, gaps_cm=None)
+    assert (found.outcome, found.stands) == (outcome, True)
 
 
 @pytest.mark.parametrize("allowed", [10.0, 20.0])

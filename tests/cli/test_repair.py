@@ -2,8 +2,10 @@
 
 import csv
 import dataclasses
+import errno
 import io
 import json
+import os
 import shutil
 
 import pytest
@@ -256,7 +258,11 @@ def test_several_files_go_into_a_folder_and_a_folder_takes_one(run, folder):
         (("in.json", "-o", "."), "--output: 'in.json' is read, too"),
         (("in.json", "-o", "no/such/out.json"), "--output: 'no/such' is no folder"),
         (("in.json", "more/x.json", "-o", "out.txt"), "--output: 'out.txt' is no folder"),
-        (("in.json", "more/in.json", "-o", "made"), "two of the files would have the same name"),
+        (("in.json", "more/in.json", "-o", "made"), "'in.json' and 'more/in.json' would both"),
+        (("in.json", "-o", "own.toml", "--profile", "own.toml"), "'own.toml' is read, too"),
+        (("made.json.native.json", "-o", "made.json"), "'made.json.native.json' is read, too"),
+        (("in.json", "more/x.json", "-o", "taken"), "--output: 'taken/in.json' is a folder"),
+        (("in.parquet", "-o", "x.parquet"), "'in.parquet' is a Parquet file, which has no text"),
         (("-", "-o", "out.json"), "standard input has no form to write in; allowed: --to"),
         (("in.json", "-o", "x.json", "--allow", "order,mve"), "allow has 'mve'; did you mean"),
         (("in.json", "-o", "x.json", "--method", "smee"), "'smee'"),
@@ -273,8 +279,11 @@ def test_words_that_are_not_allowed_are_refused_before_anything_is_searched(
     monkeypatch.setattr(repairs, "_repaired", lambda *_: pytest.fail("it was searched"))
     (folder / "more").mkdir()
     (folder / "out.txt").write_text("kept")
-    for name in ("in.json", "more/x.json", "more/in.json"):
+    for name in ("in.json", "more/x.json", "more/in.json", "made.json.native.json"):
         native(folder / name, LEANS)
+    write_layouts(folder / "in.parquet", [LEANS], Format.PARQUET)
+    (folder / "own.toml").write_text("units = 'cm'")
+    (folder / "taken" / "in.json").mkdir(parents=True)
     (folder / "link.json").symlink_to("in.json")
     before = sorted(folder.rglob("*"))
     status, out, err = run("repair", *words)
@@ -299,6 +308,22 @@ def test_a_layout_that_is_not_valid_stays_in_the_file_and_ends_with_2(run, folde
     assert after["layouts"][0] != content["layouts"][0]
     assert run("repair", "in.json", "-o", "out.csv", "--to", "csv")[0] == 2
     assert places("out.csv").keys() == {"leans"}
+
+
+@pytest.mark.parametrize("words", [(), ("--json",)])
+def test_what_was_found_is_told_where_it_cannot_be_written(run, folder, monkeypatch, words):
+    def full(*_, **__):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), "out.json")
+
+    monkeypatch.setattr("steadyload.app.repaired_files.rewrite", full)
+    native(folder / "in.json", LEANS, STANDS)
+    status, out, err = run("repair", "in.json", "-o", "out.json", *words)
+    assert (status, err) == (2, "steadyload: out.json: No space left on device\n")
+    if words:
+        assert [one["outcome"] for one in json.loads(out)] == ["repaired", "unchanged"]
+    else:
+        assert "2 plans: 1 stands as it is, 1 repaired (" in out
+    assert not (folder / "out.json").exists()
 
 
 def test_a_plan_that_was_not_judged_ends_with_3(run, folder, monkeypatch):

@@ -142,7 +142,8 @@ def test_labels_lie_beside_the_layouts(folder, tmp_path):
     assert rows["A_S1"] == {
         "layout": "A_S1", "scenario": "S1", "instance": "one", "split": "test", "rank": "1",
         "item_count": "4", "failing_step": "", "score": "1.0", "failing_step_paper": "",
-        "confidence": "0.3333333333333333", "robust": "False",
+        "confidence": "0.3333333333333333", "robust": "False", "stands": "",
+        "failing_step_stands": "",
     }  # fmt: skip
     assert [rows["A_S2a"][k] for k in ("failing_step", "score", "robust")] == ["3", "0.75", "True"]
     assert [rows["B_S1"][k] for k in ("failing_step", "failing_step_paper")] == ["1", "0"]
@@ -192,6 +193,8 @@ def test_failing_cases_alone_are_exported(folder, tmp_path):
     } for scenario, step in (("S1", 3), ("S2a", None))]  # fmt: skip
     write_further(folder, "stands", pd.DataFrame(rows), {})
     assert names() == ["B_S1", "A_S1", "A_S2a", "A_S2b"]
+    of_stands = [(row["stands"], row["failing_step_stands"]) for row in labels(path)]
+    assert of_stands == [("", ""), ("False", "3"), ("True", ""), ("", "")]
     assert names(limit=1) == ["B_S1", "A_S2a", "A_S2b"]
     assert names(scenarios=("S2a",)) == ["A_S2a"]
 

@@ -32,10 +32,13 @@ LABEL_COLUMNS = (
     "failing_step_paper",
     "confidence",
     "robust",
+    "stands",
+    "failing_step_stands",
 )
 """Columns of the file of labels. ``layout`` is the name in the layout file; ``failing_step`` is
 empty for a stable layout; ``score`` the share of items placed safely; ``confidence`` and ``robust``
-are empty for a case that was not judged again."""
+are empty for a case that was not judged again. ``stands`` and ``failing_step_stands`` are the label
+of the question ``stands``, empty for a case without one; the step also for one that stands."""
 
 
 def export(
@@ -127,12 +130,18 @@ def _name(case: dict[Any, Any]) -> str:
 def _labels(benchmark: Benchmark, cases: pd.DataFrame, names: list[str]) -> str:
     sure = cases[KEYS].merge(benchmark.confidence.reset_index(), on=KEYS, how="left")
     placed = items_placed_by_case(cases["failing_step"], cases["item_count"])
+    other = benchmark.stands.loc[benchmark.stands["status"] == "done", [*KEYS, "failing_step"]]
+    steps = cases[KEYS].merge(other, on=KEYS, how="left", indicator="has_label")
     text = io.StringIO()
     writer = csv.DictWriter(text, LABEL_COLUMNS, extrasaction="ignore", lineterminator="\n")
     writer.writeheader()
-    for name, case, how, safe in zip(
-        names, cases.to_dict("records"), sure.to_dict("records"), placed, strict=True
-    ):
-        values = how | case | {"layout": name, "score": safe / case["item_count"]}
+    for name, case, how, safe, step, has_label in zip(
+        names, cases.to_dict("records"), sure.to_dict("records"), placed, steps["failing_step"],
+        steps["has_label"] == "both", strict=True,
+    ):  # fmt: skip
+        values = how | case | {
+            "layout": name, "score": safe / case["item_count"],
+            "stands": pd.isna(step) if has_label else None, "failing_step_stands": step,
+        }  # fmt: skip
         writer.writerow({k: "" if pd.isna(values[k]) else _cell(values[k]) for k in LABEL_COLUMNS})
     return text.getvalue()
