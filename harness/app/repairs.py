@@ -152,8 +152,8 @@ def _repaired(layout: Layout, options: RepairOptions) -> Repair:
     if before.answer is Answer.NOT_JUDGED:
         reason = f"not judged: {before.reason}"
         return replace(same, outcome=Outcome.NOT_REPAIRED, reason=reason)
-    closes = Kind.DROP in allowed and options.gaps_cm is not None
-    closed = snap(layout, options.gaps_cm) if closes else layout
+    gaps_cm = options.gaps_cm if Kind.DROP in allowed else None
+    closed = layout if gaps_cm is None else snap(layout, gaps_cm)
     boxes = Boxes(closed)
     found = ConfirmedSearch(
         boxes, allowed, options.shift_cm, options.seed,

@@ -102,15 +102,11 @@ class Export:
         from steadyload.layouts.formats import Format
 
         working()
+        kind = Format(output_format(self.output, self.to))
         count = export(
-            load_benchmark(self.directory),
-            self.output,
-            Format(output_format(self.output, self.to)),
-            part=self.part,
-            scenarios=self.scenarios,
-            limit=self.limit,
-            failing=self.failing,
-        )
+            load_benchmark(self.directory), self.output, kind,
+            part=self.part, scenarios=self.scenarios, limit=self.limit, failing=self.failing,
+        )  # fmt: skip
         print(f"{count} cases -> {self.output}; labels -> {labels_path(self.output)}")
 
 
@@ -371,8 +367,8 @@ class Screen:
     )  # fmt: skip
     least_items: int | None = option(None, "with --again: only of at least so many items", least=1)
     keep_in: Path | None = option(
-        None, "label nothing; keep the rows made so far, of cases without labels in the set SET, "
-        "in its table `begun`, from which this command goes on in a copy of SET", metavar="SET",
+        None, "label nothing; keep the rows made so far in tables of the set SET, from which this "
+        "command goes on in a copy of SET", metavar="SET",
     )  # fmt: skip
     workers: int = workers_option(0)
 
@@ -386,11 +382,11 @@ class Screen:
 
     def run(self) -> None:
         """Label the missing cases for both questions: validation, then test, then training."""
-        from steadyload.labelling.screening import keep_begun, label_screened
+        from steadyload.labelling.screening import keep_again, keep_begun, label_screened
 
         if self.keep_in is not None:
-            count = keep_begun(self.directory, self.keep_in)
-            print(f"rows of {count} cases -> {self.keep_in / 'begun.parquet'}")
+            print(f"unlabelled cases with rows: {keep_begun(self.directory, self.keep_in)}")
+            print(f"labels that were made again: {keep_again(self.directory, self.keep_in)}")
         elif self.again is not None:
             self._again(self.again)
         else:

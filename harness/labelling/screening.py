@@ -113,7 +113,7 @@ def label_screened(
     store = Store(directory / "screening", parquet(SCREENED))
     units = _units(benchmark, cases)
     with locked(directory):
-        _take_up(directory, store, units)
+        _take_up(directory, "begun", store, units)
         try:
             _complete(store, units, workers, progress)
         finally:
@@ -140,12 +140,34 @@ def keep_begun(directory: Path, into: Path) -> int:
         BenchmarkError: ``into`` is no labelled set, or the same folder.
         ResultsError: a row is damaged.
     """
+    return _write_begun(into, _kept(into, "begun", directory, "screening"))
+
+
+def keep_again(directory: Path, into: Path) -> int:
+    """Keep the rows of labels that were made again in the table ``again`` of another set.
+
+    :func:`label_again` on a copy of that set goes on from them.
+
+    Args:
+        directory: as of :func:`keep_begun`, which raises alike.
+        into: likewise.
+
+    Returns:
+        The number of rows that are kept there now.
+    """
+    rows = _kept(into, "again", directory, "again")
+    if len(rows):
+        write_further(into, "again", rows.sort_values("key"), {"cases": len(rows)})
+    return len(rows)
+
+
+def _kept(into: Path, table: str, directory: Path, folder: str) -> pd.DataFrame:
+    """The rows of a table of a set, and those that lie in a folder of another one."""
     if into.resolve() == directory.resolve():
         raise BenchmarkError(f"{into}: is the set that is labelled; allowed: another folder")
-    store = Store(directory / "screening", parquet(SCREENED))
+    store = Store(directory / folder, parquet(SCREENED))
     rows = [store.read(key).assign(key=key) for key in sorted(store.keys())]
-    begun = pd.concat([read_further(into, "begun"), *rows]).drop_duplicates("key", keep="last")
-    return _write_begun(into, begun)
+    return pd.concat([read_further(into, table), *rows]).drop_duplicates("key", keep="last")
 
 
 def _write_begun(directory: Path, begun: pd.DataFrame) -> int:
@@ -156,11 +178,11 @@ def _write_begun(directory: Path, begun: pd.DataFrame) -> int:
     return len(left)
 
 
-def _take_up(directory: Path, store: Store, units: Sequence[ScreenedUnit]) -> None:
-    """Make shards of the rows of the table ``begun`` that would be made alike today."""
-    begun = read_further(directory, "begun")
+def _take_up(directory: Path, table: str, store: Store, units: Sequence[ScreenedUnit]) -> None:
+    """Make shards of the rows of a table that would be made alike today."""
+    kept = read_further(directory, table)
     wanted = {unit.key for unit in units if unit.key not in store}
-    for key, rows in begun[begun["key"].isin(wanted)].groupby("key"):
+    for key, rows in kept[kept["key"].isin(wanted)].groupby("key"):
         store.write(str(key), rows.to_dict("records"))
 
 
@@ -188,7 +210,8 @@ def label_again(
 ) -> Again:
     """Label cases of a set again, drawn at random, and compare; the tables stay as they are.
 
-    The rows lie in ``again/`` in the folder, and are not made once more while they are there.
+    The rows lie in ``again/`` in the folder, and are not made once more while they are there, nor
+    are those in the table ``again`` of the set, see :func:`keep_again`.
 
     Args:
         directory: of the set.
@@ -215,6 +238,7 @@ def label_again(
     units = _units(benchmark, cases)
     store = Store(directory / "again", parquet(SCREENED))
     with locked(directory):
+        _take_up(directory, "again", store, units)
         _complete(store, units, workers, progress)
     rows = pd.concat([store.read(unit.key) for unit in units], ignore_index=True)
     now = _compared(rows, rows.rename(columns={"stands": "status_stands"}))

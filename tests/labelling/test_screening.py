@@ -16,6 +16,7 @@ from steadyload.labelling.screened import checked_screening
 from steadyload.labelling.screened_loading import SCREEN, SCREENS, ByTwo, affecting
 from steadyload.labelling.screening import (
     ScreenedUnit,
+    keep_again,
     keep_begun,
     label_again,
     label_screened,
@@ -195,6 +196,25 @@ def test_labels_made_again_are_equal_and_a_changed_one_is_named(unlabelled):
         label_again(unlabelled, few, least_items=99)
 
 
+def test_labels_made_again_that_a_set_keeps_are_not_made_once_more(
+    unlabelled, tmp_path, monkeypatch
+):
+    few = 2
+    label_screened(unlabelled)
+    own = Path(shutil.copytree(unlabelled, tmp_path / "own"))
+    assert keep_again(unlabelled, own) == 0
+    assert not (own / "again.parquet").exists()
+    found = label_again(unlabelled, few)
+    assert keep_again(unlabelled, own) == keep_again(unlabelled, own) == few
+    assert load_benchmark(own).manifest["again"] == {"cases": few}
+    asked = []
+    monkeypatch.setattr(screening, "screened_row", lambda *case: asked.append(case) or lost(*case))
+    assert label_again(own, few) == found
+    assert asked == []
+    monkeypatch.setattr(screening, "VERSION", screening.VERSION + 1)
+    assert len(label_again(own, few).differ) == len(asked) == few
+
+
 def test_what_chance_put_to_the_reference_bounds_the_error_of_screens():
     few, many = 50, 100
     asked = [0.02] * few + [np.nan] * few
@@ -325,8 +345,9 @@ def test_rows_that_a_set_keeps_are_not_made_again(
 
 def test_rows_are_kept_in_another_set(unlabelled, tmp_path):
     for folder, why in ((unlabelled, "allowed: another folder"), (tmp_path, r"no manifest\.json")):
-        with pytest.raises(BenchmarkError, match=why):
-            keep_begun(unlabelled, folder)
+        for keep in (keep_begun, keep_again):
+            with pytest.raises(BenchmarkError, match=why):
+                keep(unlabelled, folder)
 
 
 def test_an_interruption_between_two_tables_leaves_a_set_that_goes_on(

@@ -163,15 +163,16 @@ SCREENED = pa.schema(
 :data:`CASES`, :data:`STANDS` and :data:`SCREENING`."""
 
 BEGUN = SCREENED.append(pa.field("key", _TEXT, nullable=False))
-"""Rows of cases that a set still calls unlabelled, each with the key of what it depends on."""
+"""Rows of cases that a set still calls unlabelled, or of labels that were made again, each with the
+key of what it depends on."""
 
 _TABLES = {"layouts": LAYOUTS, "cases": CASES, "opinions": OPINIONS}
 
 LOADED = {"stands": STANDS, "screening": SCREENING}
 """Tables that only some labelled sets have, by name."""
 
-FURTHER = LOADED | {"begun": BEGUN}
-"""The same, with the table that labelling alone reads."""
+FURTHER = LOADED | {"begun": BEGUN, "again": BEGUN}
+"""The same, with the tables that labelling alone reads."""
 
 SET_FILES = ("manifest.json", "notes.md", *(f"{name}.parquet" for name in (*_TABLES, *FURTHER)))
 """Files of the folder of a labelled set."""
