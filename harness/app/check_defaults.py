@@ -9,7 +9,7 @@ from functools import cache
 
 GAPS_CM = 2.0
 """How far a box that has nothing under it may drop [cm] before a load is said to hover: customers'
-pallets have boxes up to 1.7 cm in the air, from the tolerances of their software."""
+pallets have boxes up to 1.8 cm in the air, from the tolerances of their software."""
 
 _log = logging.getLogger(__name__)
 
