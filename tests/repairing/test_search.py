@@ -24,6 +24,7 @@ from steadyload.layouts.model.layout import TOLERANCE
 from steadyload.methods import make_method
 from steadyload.repairing.confirmed import Confirmation, ConfirmedSearch, Stopped, changed_plan
 from steadyload.repairing.plan import Boxes, Kind, kept_in_order
+from steadyload.repairing.search import Search
 from steadyload.statics import kernels
 from steadyload.statics.bearing.crushing import first_crushed
 
@@ -227,6 +228,18 @@ def test_an_interrupt_leaves_the_best_plan_so_far():
 
     with pytest.raises(KeyboardInterrupt):
         search(plan, judge=at_once)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_long_search_takes_no_more_room_than_a_short_one(seed):
+    boxes = Boxes(failing_plan(seed, 14))
+    own = Search(boxes, ALL, 30.0, seed, lambda: None)
+    base, rooms = own.complete(boxes.planned), []
+    for _ in range(6):
+        for _ in range(20):
+            base = own.complete(own.neighbour(base)) or base
+        rooms.append(own.loading._arrays.links.shape[1])
+    assert rooms[-1] <= 2 * rooms[0], "it doubles where it is full"
 
 
 def test_no_time_is_no_plan():

@@ -156,11 +156,18 @@ def put(kept: Any) -> Any:
 
 @compiled
 def take_off(kept: Any, count: int) -> None:
-    """Take off all items but the first ``count``, from the last on."""
+    """Take off all items but the first ``count``, from the last on; what lies behind the blocks of
+    these is free again.
+    """
     grown = opened(kept)
-    while grown.counts[ITEMS] > count:
-        leave(grown.cells, grown.counts[ITEMS] - 1)
+    counts, patches, aboves = grown.counts, 0, 0
+    while counts[ITEMS] > count:
+        leave(grown.cells, counts[ITEMS] - 1)
         part(grown)
+    for item in range(counts[ITEMS]):
+        patches = max(patches, grown.rooms[item])
+        aboves = max(aboves, grown.above_rooms[item])
+    counts[PATCHES], counts[ABOVES] = patches, aboves
 
 
 @compiled
@@ -339,7 +346,7 @@ def part(grown: Growing) -> None:
             contacts.above_ends[contacts.below[k]] -= 1
     for m in range(contacts.above_starts[number], contacts.above_ends[number]):
         contacts.ends[contacts.above[m]] -= 1
-    # Room between others stays unused: blocks move so seldom that it is little.
+    # Room between others stays unused until :func:`take_off` finds that nothing lies behind it.
     if grown.rooms[number] == counts[PATCHES]:
         counts[PATCHES] = contacts.starts[number]
     if grown.above_rooms[number] == counts[ABOVES]:
