@@ -70,6 +70,18 @@ def seconds_allowed(value: Any, name: str = "timeout") -> float | None:
     return number
 
 
+def seconds_above_zero(name: str, value: Any) -> float:
+    """A time [s] that has to be limited: a number as :func:`is_positive` allows.
+
+    Raises:
+        NumberError: it is another value, such as None.
+    """
+    number = _number(value)
+    if not is_positive(number):
+        raise NumberError(f"{name} is {shown(value)}; allowed: a number of seconds {POSITIVE}")
+    return number
+
+
 def _number(value: Any) -> float:
     """The value as a float; not a number where it is none that a float can hold."""
     if isinstance(value, bool | str | bytes):

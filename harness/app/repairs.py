@@ -18,7 +18,7 @@ from steadyload.layouts.model.naming import box_label
 from steadyload.layouts.model.snapping import snap
 from steadyload.methods.contract.method import Method
 from steadyload.methods.registry import make_method
-from steadyload.numbers import POSITIVE, NumberError, number_within, seconds_allowed
+from steadyload.numbers import number_within, seconds_above_zero
 from steadyload.progress import Progress, silent
 from steadyload.repairing.changes import changes_between
 from steadyload.repairing.confirmed import (
@@ -84,8 +84,7 @@ class RepairOptions:
     def __post_init__(self) -> None:
         object.__setattr__(self, "allow", _kinds(self.allow))
         number_within("shift_cm", self.shift_cm, 0.0, unit="[cm]", error=RepairError)
-        if seconds_allowed(self.seconds, "seconds") is None:
-            raise NumberError(f"seconds is None; allowed: a number of seconds {POSITIVE}")
+        seconds_above_zero("seconds", self.seconds)
         if type(self.seed) is not int or self.seed < 0:
             raise RepairError(f"seed is {shown(self.seed)}; allowed: 0, 1, 2, ...")
 

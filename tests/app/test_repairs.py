@@ -65,7 +65,7 @@ def turned_about_the_vertical(was, now):
         ({"shift_cm": -1}, "shift_cm is -1; allowed: "),
         ({"shift_cm": math.nan}, "shift_cm is nan; allowed: "),
         ({"seconds": 0}, "seconds is 0; allowed: a number of seconds above 0"),
-        ({"seconds": None}, "seconds is None; allowed: a number of seconds above 0"),
+        ({"seconds": None}, "seconds is missing; allowed: a number of seconds above 0"),
         ({"seconds": math.inf}, "seconds is inf; allowed: a number of seconds above 0"),
         ({"seed": -1}, "seed is -1; allowed: 0, 1, 2, ..."),
         ({"seed": 1.0}, "seed is 1.0; allowed: 0, 1, 2, ..."),

@@ -80,7 +80,9 @@ def export(
             raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(file))
     cases = benchmark.select(part, scenarios=scenarios, limit=None if failing else limit)
     if failing:
-        cases = _failing(benchmark, cases).groupby("scenario", sort=False).head(limit or len(cases))
+        cases = _failing(benchmark, cases)
+        most = len(cases) if limit is None else limit
+        cases = cases.groupby("scenario", sort=False).head(most)
     names = [_name(case) for case in cases.to_dict("records")]
     layouts = (
         benchmark.layout(layout, scenario).renamed(name)
