@@ -253,12 +253,9 @@ def _why_not(
     box = box_label(left[0], layout.items[left[0]].name)
     others = {1: "", 2: ", nor has 1 other"}.get(len(left), f", nor have {len(left) - 1} others")
     free = "place where it stands" if set(allowed) - {Kind.ORDER} else "turn at which it stands"
-    if len(left) == len(layout):
-        return f"{box} has no free {free}{others} (allowed changes: {words})"
-    return (
-        f"{box} has no free {free}{others} (allowed changes: {words}); with leave the others "
-        "may stand without them"
-    )
+    others_stand = "; with leave the others may stand without them"
+    end = "" if len(left) == len(layout) else others_stand
+    return f"{box} has no free {free}{others} (allowed changes: {words}){end}"
 
 
 def repair_all(
