@@ -161,6 +161,21 @@ def extent(layout: Layout) -> Extent:
     )
 
 
+def farthest(layout: Layout) -> Extent:
+    """Bounds of the extent of a layout, whatever stands on what; no contacts are looked for."""
+    weights, edges = layout.weights, layout.upper - layout.lower
+    most, least = float(weights.max()), float(weights.min())
+    return Extent(
+        height=len(layout),
+        heavy_on_light=most / least,
+        light_on_heavy=most / least,
+        load=(float(weights.sum()) - least) / least,
+        thinnest=float(edges.min()),
+        longest=float(edges.max()),
+        item_count=len(layout),
+    )
+
+
 _Pairs = Sequence[tuple[int, int]]
 """Items, and one that each stands on, from the lowest base to the highest."""
 
@@ -241,7 +256,9 @@ def leaves(
         (:func:`envelope_of` tells these apart from a layout that stays inside).
     """
     held = envelope_of(method, at_rest=at_rest)
-    return () if held is None else tuple(beyond(extent(layout), held, frame).values())
+    if held is None or not beyond(farthest(layout), held):
+        return ()
+    return tuple(beyond(extent(layout), held, frame).values())
 
 
 _ROUNDING = 1e-9

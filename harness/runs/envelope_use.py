@@ -9,7 +9,7 @@ from typing import Any
 
 from steadyload.layouts.model.layout import Layout
 from steadyload.methods.contract.method import Method
-from steadyload.methods.envelope import Limit, beyond, envelope_of, extent
+from steadyload.methods.envelope import Limit, beyond, envelope_of, extent, farthest
 
 EnvelopeUse = dict[str, dict[str, Any]]
 """By method: ``measured``; where that is true also ``cases`` beyond the envelope, ``of`` how many,
@@ -26,6 +26,7 @@ class EnvelopeCount:
 
     def __init__(self, methods: Iterable[Method]) -> None:
         self._held = {str(one.spec): envelope_of(one) for one in methods if one.spec.engine}
+        self._known = {spec: held for spec, held in self._held.items() if held is not None}
         self._of = 0
         self._beyond = dict.fromkeys(self._held, 0)
         self._reasons: dict[str, dict[Limit, dict[str, Any]]] = {spec: {} for spec in self._held}
@@ -33,10 +34,14 @@ class EnvelopeCount:
     def add(self, layout: Layout) -> None:
         """Count a case."""
         self._of += 1
-        known = {spec: held for spec, held in self._held.items() if held is not None}
-        reach = extent(layout) if known else None
-        for spec, held in known.items():
-            assert reach is not None
+        if not self._known:
+            return
+        most = farthest(layout)
+        suspects = {spec: held for spec, held in self._known.items() if beyond(most, held)}
+        if not suspects:
+            return
+        reach = extent(layout)
+        for spec, held in suspects.items():
             said = beyond(reach, held)
             self._beyond[spec] += bool(said)
             for limit, sentence in said.items():

@@ -124,7 +124,8 @@ def judge_unit(unit: Unit) -> Iterator[Row]:
     """Prepare a unit's method, then judge: a row of the results for every judgement, in turn.
 
     The first layout is judged once beforehand, so that no reported time holds imports, compilation
-    or first connections.
+    or first connections; not so in a process that has judged by the method before, where that takes
+    more than a millisecond.
 
     Raises:
         OtherCodeError: the versions of parts or packages here are not those that the unit states.
@@ -156,10 +157,26 @@ def check_made_by(method: str, asked: MadeBy) -> None:
 
 
 def _rows(method: Method, unit: Unit) -> Iterator[Row]:
-    judge(method, unit.judgements[0][2], unit.timeout)
+    first = _first_verdict(method, unit)
     for repetition, scenario, layout in unit.judgements:
-        verdict = judge(method, layout, unit.timeout)
+        verdict, first = first or judge(method, layout, unit.timeout), None
         yield result_row(layout, scenario, method, repetition, verdict)
+
+
+_LONG = 0.001
+"""CPU time of a judgement beside which that of filling the processor's caches is small [s]."""
+
+_judged_by: set[str] = set()
+"""Methods by which this process has judged a layout."""
+
+
+def _first_verdict(method: Method, unit: Unit) -> Verdict | None:
+    """The verdict on the first layout; None where its time may hold more than the judgement."""
+    verdict = judge(method, unit.judgements[0][2], unit.timeout)
+    if unit.method in _judged_by and verdict.cpu.total > _LONG:
+        return verdict
+    _judged_by.add(unit.method)
+    return None
 
 
 def hard_seconds(timeout: float) -> float:

@@ -6,6 +6,8 @@ import shutil
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from steadyload.cli import main
 from steadyload.engines.registry import ENGINES, EngineEntry
@@ -22,6 +24,7 @@ from steadyload.methods.envelope import (
     envelope,
     envelope_of,
     extent,
+    farthest,
     leaves,
 )
 from steadyload.methods.registry import make_method
@@ -353,6 +356,24 @@ def test_extents_agree_with_a_slow_count():
         assert found.height == max(height(j) for j in range(len(one)))
         worst = max(load(i) / one.weights[i] for i in range(len(one)))
         assert found.load == pytest.approx(worst)
+
+
+@settings(max_examples=60)
+@given(st.integers(0, 2**32 - 1), st.sampled_from(["bullet", "dart", "mujoco"]))
+def test_no_extent_is_farther_than_the_farthest(seed, engine):
+    """So that contacts are looked for where that exceeds an envelope, and nowhere else."""
+    held, scale = envelope(engine, 240), np.random.default_rng(seed).uniform(-3.0, 3.0, 40)
+    (drawn,) = random_layouts(1, seed=seed)
+    heavier = zip(drawn.items, 10.0**scale, strict=False)
+    items = [dataclasses.replace(item, weight=item.weight * by) for item, by in heavier]
+    one = dataclasses.replace(drawn, items=tuple(items))
+    found, most = extent(one), farthest(one)
+    assert found.height <= most.height
+    assert found.heavy_on_light <= most.heavy_on_light
+    assert found.light_on_heavy <= most.light_on_heavy
+    assert found.load <= most.load * (1.0 + 1e-9)
+    assert (found.thinnest, found.longest) == (most.thinnest, most.longest)
+    assert beyond(found, held).keys() <= beyond(most, held).keys()
 
 
 # --- a fall that closed forms deny ---------------------------------------------------------------

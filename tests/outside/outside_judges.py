@@ -43,6 +43,7 @@ class Harm(StrEnum):
 class Parameters:
     harm: Harm = quantity(Harm.NONE, f"what happens on {BAD}")
     pause: float = quantity(0.0, "time a judgement takes", unit="s", least=0)
+    work: float = quantity(0.0, "CPU time a judgement takes", unit="s", least=0)
 
 
 class Harmful(Method):
@@ -61,6 +62,7 @@ class Harmful(Method):
         with (folder / "judged.txt").open("a") as file:
             file.write(f"{layout.name}\n")
         time.sleep(self.parameters.pause)
+        list(burns(Words((self.parameters.work,))))
         if layout.name == BAD and not (folder / "harmless").exists():
             match self.parameters.harm:
                 case Harm.ABORT:

@@ -78,6 +78,16 @@ def test_a_crash_on_the_first_layout_is_put_down_to_it(tmp_path):
 
 
 @pytest.mark.usefixtures("outside")
+@pytest.mark.parametrize(("work", "first_of_units"), [(0.0, 3), (0.005, 1)])
+def test_what_takes_long_is_judged_beforehand_once_a_process(tmp_path, work, first_of_units):
+    """Three units: a judgement of microseconds would take longer after another method's."""
+    study = study_of(f"harmful:work={work}", generated=6, shard_size=2)
+    run_study(study, tmp_path / "run", workers=1)
+    assert len(judged(tmp_path)) == 6 + first_of_units
+    assert set(load_results(tmp_path / "run")["status"]) == {"done"}
+
+
+@pytest.mark.usefixtures("outside")
 def test_only_what_is_in_flight_is_judged_again(tmp_path):
     """One unit, its worker killed twice: rows that were there stay."""
     cases, kills, deadline = 30, (10, 20), time.monotonic() + 600
