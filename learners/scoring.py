@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from steadyload.learners.sequences import Sequences
+if TYPE_CHECKING:  # the reader of labelled sets imports pandas, which judging does without
+    from steadyload.learners.sequences import Sequences
 
 THRESHOLD = 0.5
 """A step more likely unstable than this fails."""

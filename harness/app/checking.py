@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -52,6 +53,9 @@ _FEW = 100
 
 _PATIENCE = 5.0
 """CPU seconds that a process is given beyond twice the time that a layout may take."""
+
+
+_COMPILATION = logging.getLogger("steadyload.compilation")
 
 
 class GapLimitError(UserError):
@@ -251,8 +255,6 @@ def check_all(
     sizes = [len(entry) for _, entry in entries if isinstance(entry, Layout)]
     judges = [make_method(spec) for spec in default_methods(sizes)] if named is None else [named]
     use_methods(judges)
-    for judging in judges:
-        judging.prepare()  # what is wrong with a method is told at once, and once
     rule = None if transport is None else rule_named(transport)
     most = _gap_limit(gaps_cm)
     found: list[Check | None] = [None] * len(entries)
@@ -268,12 +270,16 @@ def check_all(
                 entry.name, None, spec, Answer.BAD_INPUT, file, reason=str(entry.error),
                 gaps_cm=most, frame=frame or Frame(),
             )  # fmt: skip
+    processes = 0 if _at_once(judges, units) else min(workers, len(units))
+    alone = processes == len(units) == 1
+    for judging in () if alone else judges:
+        judging.prepare()  # what is wrong is told once, and no two processes compile the same
+    work = partial(_check, tells=alone and _COMPILATION.isEnabledFor(logging.INFO))
     done = len(entries) - len(units)
     progress(done, len(entries))
     timed_out = partial(_not_judged, Status.TIMEOUT)
     for unit, [answer] in run_units(
-        _check, units, workers=0 if _at_once(judges, units) else min(workers, len(units)),
-        crashed=partial(_not_judged, Status.CRASHED),
+        work, units, workers=processes, crashed=partial(_not_judged, Status.CRASHED),
         limit=None if timeout is None else PartLimit(2.0 * timeout + _PATIENCE, timed_out),
     ):  # fmt: skip
         found[unit.place] = replace(answer, file=entries[unit.place][0])
@@ -298,13 +304,24 @@ class _Entry(SinglePart):
         return f"{self.method} on layout {self.layout.name!r}"
 
 
-def _check(unit: _Entry) -> Iterator[Check]:
-    """Prepares first: the limit on the time of a part is not meant for compilation."""
+def _check(unit: _Entry, tells: bool = False) -> Iterator[Check]:
+    """Prepares first: the limit on the time of a part is not meant for compilation, which this
+    process prints where it ``tells``.
+    """
+    if tells:
+        _tell_compilation()
     method = method_named(unit.method)
     method.prepare(len(unit.layout))
     if unit.timeout is not None:
         _prepare_remedies()
     return _checked(unit, method)
+
+
+@cache
+def _tell_compilation() -> None:
+    """Print in this process what it compiles, as a command does."""
+    logging.basicConfig(format="steadyload: %(message)s")
+    _COMPILATION.setLevel(logging.INFO)
 
 
 def _checked(unit: _Entry, method: Method) -> Iterator[Check]:

@@ -18,8 +18,6 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import Bounds, LinearConstraint, milp
-from scipy.sparse import csc_array, csr_array
 
 from steadyload.layouts.model.layout import TOLERANCE, FloatArray, Layout
 from steadyload.statics.kernels.constants import FLOOR
@@ -147,6 +145,9 @@ class RestPositions:
             lines.append(np.repeat(at, 3))
             columns.append((3 * who[:, None] + np.arange(3)).ravel())
             values.append(np.column_stack((np.full(len(at), sign), arms)).ravel())
+        from scipy.optimize import Bounds, LinearConstraint, milp  # takes half a second
+        from scipy.sparse import csc_array, csr_array
+
         n = 3 * len(items)
         entries = np.concatenate(values), (np.concatenate(lines), np.concatenate(columns))
         matrix = csr_array(entries, shape=(len(points), n))

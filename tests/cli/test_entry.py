@@ -1,6 +1,7 @@
 """How the command begins and ends: imports, exit statuses, interrupts, words that help."""
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -11,6 +12,8 @@ import pytest
 from steadyload.cli import main, running
 from steadyload.cli.commands import RENAMED, TOPICS, commands
 from steadyload.errors import FailedError
+from steadyload.layouts import Item, Layout, Pallet
+from steadyload.layouts.formats import Format, write_layouts
 
 HEAVY = {"numpy", "scipy", "pandas", "matplotlib", "numba", "torch", "pyarrow", "mujoco", "jinja2"}
 
@@ -46,6 +49,35 @@ def test_help_and_mistyped_words_import_nothing_heavy(words, status):
     ended, *loaded = done.stderr.splitlines()[-1].split()
     assert int(ended) == status
     assert not HEAVY & set(loaded)
+
+
+@pytest.mark.parametrize("boxes", [4, 30])
+def test_a_check_of_one_pallet_imports_what_it_needs(tmp_path, boxes):
+    """In the command and in the process beside it, by the default for so many boxes."""
+    items = [Item(k, (10.0 * k, 0.0, 0.0), (10.0, 10.0, 10.0), 1.0) for k in range(boxes)]
+    write_layouts(
+        tmp_path / "one.json",
+        [Layout("one", Pallet(300.0, 80.0, 80.0), tuple(items))],
+        Format.NATIVE,
+    )
+    code = "import sys; from steadyload.cli import main; sys.exit(main(sys.argv[1:]))"
+    done = fresh("-X", "importtime", "-c", code, "check", str(tmp_path / "one.json"))
+    assert "1 pallet: 1 stand" in done.stdout
+    loaded = re.findall(r"^import time: .*\| +(\S+)$", done.stderr, re.MULTILINE)
+    assert loaded.count("numba") == 1, "where the pallet is judged"
+    assert not {"pandas", "pyarrow", "scipy.optimize", "scipy.special"} & set(loaded)
+
+
+def test_a_check_of_one_pallet_says_that_it_compiles(tmp_path):
+    """The process beside the command compiles, and says so."""
+    boxes = (Item(0, (0.0, 0.0, 0.0), (10.0, 10.0, 10.0), 1.0),)
+    layouts = [Layout("one", Pallet(80.0, 80.0, 80.0), boxes)]
+    write_layouts(tmp_path / "one.json", layouts, Format.NATIVE)
+    code = "import sys; from steadyload.cli import main; sys.exit(main(sys.argv[1:]))"
+    words = ("-c", code, "check", "-m", "ps3@mujoco", str(tmp_path / "one.json"))
+    place = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "compiled")}
+    said = [fresh(*words, env=place).stderr.count("compiling the kernels") for _ in range(2)]
+    assert said == [1, 0]
 
 
 def test_every_configuration_is_light():
