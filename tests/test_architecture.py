@@ -389,7 +389,7 @@ FREE = {
     "learners.compiled": "the source of the program",
     "runs.provenance": "the source of the program, and the kind of processor",
     "engines.checks.protocol": "the memory of this process",
-    "studies.scale.measuring": "the memory of this process",
+    "studies.scale.needs": "the memory of this process",
     "engines.with_bullet": "the null device",
     "cli.terminal": "the null device",
     "cli.demo": "a page in the browser",

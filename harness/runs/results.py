@@ -132,7 +132,7 @@ def said_of(method: Method) -> dict[str, Any]:
     }
 
 
-_FEW = 1000
+_FEW = 100
 """Rows of a shard in which dictionaries save no room."""
 
 

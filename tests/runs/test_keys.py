@@ -54,7 +54,8 @@ from steadyload.studies.reality.record import Record, RecordUnit
 from steadyload.studies.reality.releasing import JitterUnit, ReleasedUnit, Taken
 from steadyload.studies.repair.confirming import EngineUnit, LabelUnit
 from steadyload.studies.repair.ways import ChangeUnit
-from steadyload.studies.scale.measuring import Many, Size
+from steadyload.studies.scale.judging import InThreads, Many, OneByOne
+from steadyload.studies.scale.measuring import Size
 from steadyload.studies.session.packing_gains import PackingUnit
 from steadyload.studies.session.placing import CurvesUnit
 from steadyload.studies.transport import limits_of_loads as transport
@@ -239,6 +240,16 @@ ASKED = {
         Many(4000, "processes", 2),
         {"question": "layouts in blocks", "methods": ("sme", "equilibrium"), "each": 1000},
         "83e9f52bfd3e9a9d2a43",
+    ),
+    InThreads: (
+        InThreads(4000, "sme", 2),
+        {"question": "layouts in threads", "each": 1000},
+        "59a718bcc97bf337c92a",
+    ),
+    OneByOne: (
+        OneByOne(400, "ps_opt@mujoco"),
+        {"question": "layouts one by one"},
+        "fe96bb0aa68d18fc1433",
     ),
     Size: (
         Size(4000, 2),

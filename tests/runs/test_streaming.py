@@ -126,12 +126,21 @@ def test_what_a_study_needs_is_measured(tmp_path):
     assert f" {point.run.peak:.0f} |" in text
     assert f"a study of 80 rows takes {point.run.cpu:.0f} s of CPU time" in " ".join(text.split())
     assert [judging.layouts for judging in found.by_layouts] == [2000, 1000]
+    assert {judging.layouts for judging in found.by_workers} == {1000}
     for judging in (*found.by_layouts, *found.by_workers):
         assert judging.command > 0.0
-        assert judging.judges > 0.0
-        assert judging.worker_peak > 10.0
+        if judging.where != "serial":
+            assert judging.judges > 0.0
+            assert judging.worker_peak > 10.0
         assert judging.files == 5, "two shards, layouts, manifest and lock"
     assert found.throughput.keys() == {"processes", "dask"}
+    assert [(one.method, one.threads) for one in found.by_threads] == [
+        (method, threads) for method in ("sme", "equilibrium") for threads in (1, 2)
+    ]
+    assert all(one.wall > 0.0 for one in found.by_threads)
+    assert found.simulated.alone > 0.5, "a simulation takes milliseconds"
+    needed = found.simulated.command + found.simulated.judges
+    assert needed == pytest.approx((1.0 + found.simulated.overhead) * found.simulated.alone)
 
 
 def test_many_layouts_differ_and_are_those_of_as_many_lists(tmp_path):

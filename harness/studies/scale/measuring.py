@@ -6,54 +6,38 @@ units, rows, frames. The processes that judge hold one unit each.
 
 from __future__ import annotations
 
-import multiprocessing
-import re
-import resource
 import tempfile
-import time
-from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
-from steadyload.reports.columns import column, fixed, row, significant
+from steadyload.reports.columns import column, row, significant
 from steadyload.runs.definition import StudyDefinition
-from steadyload.runs.pool import make_executor
 from steadyload.runs.results import load_results
 from steadyload.runs.runner import run_study
-from steadyload.runs.worker import worker_environment
 from steadyload.studies.kit import Asked, Lab
 from steadyload.studies.registry import study
-from steadyload.studies.scale.many import write_many
+from steadyload.studies.scale.judging import (
+    EACH,
+    IN_BLOCKS,
+    SIMULATED,
+    InThreads,
+    Judging,
+    Many,
+    OneByOne,
+    Simulating,
+    Threads,
+)
+from steadyload.studies.scale.needs import Needs, in_fresh_process
 
 METHODS = ("fbs", "pbs0.9", "pbs0.7", "pbs0.5")
 """Cheap methods, so that the measured needs are those of everything but judging."""
 
-IN_BLOCKS = ("sme", "equilibrium")
-"""Methods that judge batches."""
-
-EACH = 1000
-"""Layouts of an item list."""
+_FOR_EACH_SIMULATED = 500
+"""Layouts in blocks, for each that is simulated."""
 
 REPETITIONS = 10
 _ROWS_A_LAYOUT = len(METHODS) * REPETITIONS
-
-
-@row
-class Needs:
-    """Needs of one process for a step."""
-
-    wall: float = column("wall s", significant)
-    cpu: float = column("CPU s", significant)
-    peak: float = column("MiB", fixed, "the most memory at a time")
-
-
-class _Measured(NamedTuple):
-    """Needs of a process, and of those that it started."""
-
-    own: Needs
-    children_cpu: float
-    children_peak: float
 
 
 @row
@@ -86,56 +70,11 @@ class Size(Asked[Point], question="scale", methods=METHODS, repetitions=REPETITI
         """Run, load and compare it."""
         with tempfile.TemporaryDirectory(prefix="steadyload-scale-") as name:
             folder = Path(name) / "run"
-            run = _in_fresh_process(_run, folder, self.rows // _ROWS_A_LAYOUT, self.workers).own
+            run = in_fresh_process(_run, folder, self.rows // _ROWS_A_LAYOUT, self.workers).own
             steps = (load_results, _report)
-            load, report = (_in_fresh_process(step, folder).own for step in steps)
+            load, report = (in_fresh_process(step, folder).own for step in steps)
             size = sum(file.stat().st_size for file in folder.rglob("*") if file.is_file())
         return Point(self.rows, size / 2**20, run, load, report)
-
-
-@row
-class Judging:
-    """Needs of judging layouts in blocks."""
-
-    layouts: int = column(about="that are judged")
-    where: str = column(about="what judges: processes beside the command, or workers of Dask")
-    workers: int = column()
-    wall: float = column("us a layout", significant, "wall time")
-    command: float = column(
-        "command, CPU us", significant, "a layout: reads, checks, keeps the layouts; writes rows"
-    )
-    judges: float = column("judges, CPU us", significant, "a layout, their start included")
-    peak: float = column("command MiB", fixed, "the most memory at a time")
-    worker_peak: float = column("judge MiB", fixed, "the most of one process, or less")
-    files: int = column(about="of the run folder")
-    size: float = column("folder MiB", significant)
-
-
-class Many(Asked[Judging], question="layouts in blocks", methods=IN_BLOCKS, each=EACH):
-    """A study of many different layouts to be measured."""
-
-    layouts: int
-    where: str
-    workers: int
-
-    def describe(self, part: int) -> str:
-        """Description of the study for messages."""
-        return f"{self.layouts} layouts by {self.workers} workers ({self.where})"
-
-    def measure(self) -> Judging:
-        """Make the layouts, which is not measured, and judge them."""
-        with tempfile.TemporaryDirectory(prefix="steadyload-scale-") as name:
-            folder = Path(name) / "run"
-            made = write_many(Path(name), self.layouts // EACH, EACH, seed=1)
-            found = _in_fresh_process(_judge, folder, made, self.where, self.workers)
-            files = [file for file in folder.rglob("*") if file.is_file()]
-            size = sum(file.stat().st_size for file in files)
-        a_layout = 1e6 / self.layouts
-        return Judging(
-            self.layouts, self.where, self.workers, found.own.wall * a_layout,
-            found.own.cpu * a_layout, found.children_cpu * a_layout, found.own.peak,
-            found.children_peak, len(files), size / 2**20,
-        )  # fmt: skip
 
 
 @row
@@ -146,6 +85,8 @@ class Found:
     growth: Sequence[float]
     by_layouts: Sequence[Judging]
     by_workers: Sequence[Judging]
+    by_threads: Sequence[Threads]
+    simulated: Simulating
     workers: int
     made_with: Mapping[str, str]
     methods: Sequence[str] = METHODS
@@ -154,10 +95,15 @@ class Found:
     each: int = EACH
 
     @property
+    def beside(self) -> Judging:
+        """Needs where one worker judges beside the command."""
+        return next(one for one in self.by_workers if one.where == "processes")
+
+    @property
     def throughput(self) -> Mapping[str, float]:
         """How many times as many layouts a second two workers judge as one, by where they are."""
         walls = {(one.where, one.workers): one.wall for one in self.by_workers}
-        return {where: walls[where, 1] / walls[where, 2] for where, _ in walls}
+        return {where: walls[where, 1] / walls[where, 2] for where, n in walls if n == 2}
 
 
 def measured(row_counts: Sequence[int], layout_counts: Sequence[int], lab: Lab) -> Found:
@@ -167,20 +113,20 @@ def measured(row_counts: Sequence[int], layout_counts: Sequence[int], lab: Lab) 
     least, most = points[0], points[-1]
     added = [getattr(most, s).peak - getattr(least, s).peak for s in ("run", "load", "report")]
     more = most.rows - least.rows
-    some = layout_counts[max(len(layout_counts) - 2, 0)]
+    largest = layout_counts[-1]
     by_layouts = [Many(layouts, "processes", 1) for layouts in layout_counts]
-    by_workers = [Many(some, where, n) for where in ("processes", "dask") for n in (1, 2)]
+    places = [("serial", 1), *((where, n) for where in ("processes", "dask") for n in (1, 2))]
+    by_workers = [Many(largest, where, n) for where, n in places]
     judging, _ = lab.measure([*by_layouts, *by_workers], Judging, folder="blocks")
+    threads = [InThreads(largest, method, n) for method in IN_BLOCKS for n in (1, 2)]
+    by_threads, _ = lab.measure(threads, Threads, folder="threads")
+    one_by_one = OneByOne(largest // _FOR_EACH_SIMULATED, SIMULATED)
+    [simulated], _ = lab.measure([one_by_one], Simulating, folder="one-by-one")
     return Found(
         points, [2**20 * a / more for a in added if more],
-        judging[: len(by_layouts)], judging[len(by_layouts) :], lab.workers, made_with,
+        judging[: len(by_layouts)], judging[len(by_layouts) :], by_threads, simulated,
+        lab.workers, made_with,
     )  # fmt: skip
-
-
-def _judge(folder: Path, files: Sequence[Path], where: str, workers: int) -> None:
-    definition = StudyDefinition("many", IN_BLOCKS, files=tuple(files))
-    with make_executor(where, workers=workers) as executor:
-        run_study(definition, folder, workers=executor)
 
 
 def _run(folder: Path, layouts: int, workers: int) -> None:
@@ -193,28 +139,3 @@ def _run(folder: Path, layouts: int, workers: int) -> None:
 def _report(folder: Path) -> None:
     report: Any = study("report")
     report(directory=folder).run(Lab(folder))
-
-
-def _in_fresh_process(step: Callable[..., Any], *arguments: Any) -> _Measured:
-    context = multiprocessing.get_context("spawn")
-    with worker_environment(), ProcessPoolExecutor(1, mp_context=context) as process:
-        return process.submit(_needs, step, arguments).result()
-
-
-def _needs(step: Callable[..., Any], arguments: tuple[Any, ...]) -> _Measured:
-    start, busy = time.perf_counter(), time.process_time()
-    step(*arguments)
-    own = Needs(time.perf_counter() - start, time.process_time() - busy, _peak())
-    children = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return _Measured(own, children.ru_utime + children.ru_stime, children.ru_maxrss / 1024.0)
-
-
-def _peak() -> float:
-    """Peak memory of this process so far [MiB]."""
-    status = Path("/proc/self/status")
-    if status.exists():
-        # The value of getrusage starts with the memory of the process that started this one.
-        found = re.search(r"VmHWM:\s+(\d+) kB", status.read_text(encoding="utf-8"))
-        assert found is not None
-        return int(found[1]) / 1024.0
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0

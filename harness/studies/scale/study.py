@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from steadyload.studies.kit import Lab, Study, option
+from steadyload.studies.kit import Lab, PublishedPage, Study, option
 
 if TYPE_CHECKING:
     from steadyload.studies.scale.measuring import Found
@@ -18,7 +18,7 @@ class Scale(Study["Found"]):
     about = "measure what studies of many rows need"
     question = "What does a study need by its number of rows: time, memory, disk?"
     workers = 2
-    pages = ()
+    pages = (PublishedPage("scale", "--rows 1000000 --layouts 1000000"),)
 
     rows: int = option(
         100_000,
