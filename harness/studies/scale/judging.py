@@ -143,7 +143,7 @@ class OneByOne(Asked[Simulating], question="layouts one by one"):
         return f"{self.layouts} layouts by {self.method}, one by one"
 
     def measure(self) -> Simulating:
-        """What a study needs more for some layouts more, so that starts do not count."""
+        """The needs of a study for some more layouts, so that starts do not count."""
         with tempfile.TemporaryDirectory(prefix="steadyload-scale-") as name:
             made = write_many(Path(name), self.layouts, 1, seed=1)
             few = self.layouts // 5
