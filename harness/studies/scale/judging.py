@@ -146,7 +146,7 @@ class OneByOne(Asked[Simulating], question="layouts one by one"):
         """The needs of a study for some more layouts, so that starts do not count."""
         with tempfile.TemporaryDirectory(prefix="steadyload-scale-") as name:
             made = write_many(Path(name), self.layouts, 1, seed=1)
-            few = self.layouts // 5
+            few = max(self.layouts // 5, 1)
             less, more = (
                 in_fresh_process(
                     _judge, Path(name) / f"run-{most}", made, (self.method,), "processes", 1, most
