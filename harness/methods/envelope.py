@@ -14,7 +14,7 @@ damping), the shape of items beyond their thinnest and longest edge.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cache
 from typing import Any
@@ -148,16 +148,13 @@ def extent(layout: Layout) -> Extent:
     above, below = above[rising], below[rising]
     ratios = weights[above] / weights[below]
     sides = contacts.corners_high[below, above] - contacts.corners_low[below, above]
-    edges = layout.upper - layout.lower
     pairs = list(zip(above.tolist(), below.tolist(), strict=True))
-    return Extent(
+    return replace(
+        farthest(layout),
         height=_longest_chain(len(layout), pairs),
         heavy_on_light=float(ratios.max(initial=1.0)),
         light_on_heavy=float((1.0 / ratios).max(initial=1.0)),
         load=float((_loads(weights, pairs, sides[:, 0] * sides[:, 1]) / weights).max()),
-        thinnest=float(edges.min()),
-        longest=float(edges.max()),
-        item_count=len(layout),
     )
 
 
