@@ -149,12 +149,12 @@ def label_units(files: PaperFiles) -> Iterator[Unit]:
 
     They do not depend on which labels are known, so that shards stay valid when some are shipped.
     """
-    definition = StudyDefinition("labels", (LABEL,), shard_size=_SHARD)
+    definition = StudyDefinition("labels", (LABEL,))
     made = made_now(definition.made)
     for scenario, rows in files.in_turns():
         cases = ((scenario, files.case(row, scenario)) for row in rows)
         for part in _parts(cases):
-            yield from study_units(definition, part, made)
+            yield from study_units(definition, part, made, _SHARD)
 
 
 def _parts(cases: Iterable[Case]) -> Iterator[tuple[Case, ...]]:

@@ -88,8 +88,9 @@ class StudyDefinition:
     )
     repetitions: int = option(1, "judgements of every case, for timing", least=1)
     shard_size: int | None = option(
-        None, "cases a unit of work; None for 12, and 20,000 where methods judge batches", least=1
-    )
+        None, "cases a unit of work; None for 12 to 100 by the number of cases, and 20,000 where "
+        "methods judge batches", least=1,
+    )  # fmt: skip
     timeout: float | int | None = option(
         None, "CPU time that a judgement may take; None for no limit", unit="s"
     )

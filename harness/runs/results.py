@@ -108,16 +108,24 @@ OF_VERDICTS: Mapping[str, Callable[[Verdict], Any]] = {
 
 
 def result_row(
-    layout: Layout, scenario: str, method: Method, repetition: int, verdict: Verdict
+    layout: Layout, scenario: str, said: Mapping[str, Any], repetition: int, verdict: Verdict
 ) -> dict[str, Any]:
-    """One row of :data:`SCHEMA`."""
+    """One row of :data:`SCHEMA`.
+
+    Args:
+        layout: as it was judged.
+        scenario: of the case.
+        said: of the method, see :func:`said_of`.
+        repetition: of the judgement.
+        verdict: on it.
+    """
     return {
         "layout": layout.name,
         "layout_hash": layout.content_hash(),
         "scenario": scenario,
         "item_count": verdict.item_count,
         "repetition": repetition,
-        **said_of(method),
+        **said,
         **{name: value(verdict) for name, value in OF_VERDICTS.items()},
     }
 
@@ -321,6 +329,7 @@ def _is_manifest(found: Any) -> bool:
     if not isinstance(found, dict) or not set(_MANIFEST_KEYS) <= found.keys():
         return False
     study, shards, files = found["study"], found["shards"], found.get("files", {})
+    size = found.get("cases_a_unit", 1)
     return (
         isinstance(study, dict)
         and isinstance(study.get("name"), str)
@@ -328,4 +337,6 @@ def _is_manifest(found: Any) -> bool:
         and all(isinstance(key, str) for key in shards)
         and isinstance(files, dict)
         and isinstance(found.get("refused", {}), dict)
+        and isinstance(size, int)
+        and size >= 1
     )

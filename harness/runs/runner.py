@@ -66,6 +66,7 @@ from steadyload.runs.store import (
     locked,
 )
 from steadyload.runs.units import (
+    SHARD_SIZE,
     Row,
     Unit,
     crashed_row,
@@ -73,6 +74,7 @@ from steadyload.runs.units import (
     judge_unit,
     made_now,
     study_units,
+    usual_size,
 )
 
 _log = logging.getLogger("steadyload")
@@ -171,11 +173,12 @@ def _run(
     labels = None if material.labels is None else as_labels(material.labels)
     cases = material.cases(fresh) if singly else ()
     blocks, rows = BlockStore(directory), result_store(directory)
+    size = _cases_a_unit(directory, study, material, passing)
     block_survey = blocks.survey(of_blocks, rerun=rerun)
-    row_survey = rows.survey(study_units(study, passing.judged(cases), singly), rerun=rerun)
+    row_survey = rows.survey(study_units(study, passing.judged(cases), singly, size), rerun=rerun)
     survey = block_survey | row_survey
     manifest = _manifest(study, material, passing, survey)
-    manifest["files"] = {name: checksum_of(fresh)}
+    manifest |= {"cases_a_unit": size, "files": {name: checksum_of(fresh)}}
     if labels is not None:
         manifest["files"][LABELS_FILE] = checksum(labels)
     if not survey.missing and _is_finished(directory, manifest):
@@ -215,9 +218,26 @@ def _run(
     if again:
         complete(rows, again, Survey.of(again), **by_row)
     if singly:
-        complete(rows, study_units(study, material.cases(kept), singly), row_survey, **by_row)
+        units = study_units(study, material.cases(kept), singly, size)
+        complete(rows, units, row_survey, **by_row)
     _write_manifest(directory, {**manifest, "finished": _now()})
     return computed
+
+
+def _cases_a_unit(
+    directory: Path, study: StudyDefinition, material: Material, passing: _Passing
+) -> int:
+    """Cases of a unit, on which the keys of shards depend.
+
+    A run whose study does not say how many goes on as it was begun, also with more cases than then.
+    """
+    if study.shard_size is not None:
+        return study.shard_size
+    if (directory / "manifest.json").exists():
+        return int(load_manifest(directory).get("cases_a_unit", SHARD_SIZE))
+    if material.about is not None:
+        return usual_size(material.about["cases"])
+    return usual_size(passing.layouts * max(len(study.scenarios), 1))
 
 
 @dataclass

@@ -15,7 +15,7 @@ from steadyload.runs.labels import Case
 from steadyload.runs.methods_here import method_named, use_methods
 from steadyload.runs.pool import PartLimit
 from steadyload.runs.provenance import key_of, made_by
-from steadyload.runs.results import SCHEMA_VERSION, ResultsError, result_row
+from steadyload.runs.results import SCHEMA_VERSION, ResultsError, result_row, said_of
 
 Row = dict[str, Any]
 """A row of :data:`steadyload.runs.results.SCHEMA`."""
@@ -24,8 +24,9 @@ MadeBy = Mapping[str, str]
 """Everything that a method's rows depend on: see :func:`steadyload.runs.provenance.made_by`."""
 
 
-SHARD_SIZE = 12
-"""Cases of a unit of a study that does not say how many."""
+SHARD_SIZE, LARGEST, UNITS = 12, 100, 256
+"""Cases of a unit of a study that does not say how many: of a small study, at most, and the units
+of a method from which on they are more, so that workers have enough of them."""
 
 
 class OtherCodeError(ResultsError):
@@ -76,8 +77,22 @@ def _made_here(spec: str) -> MadeBy:
     return made_by(method_named(spec))
 
 
+def usual_size(cases: int) -> int:
+    """Cases of a unit of a study that does not say how many.
+
+    A shard takes time of its own, beside which the judgements of a dozen small layouts are short.
+
+    Args:
+        cases: of the study.
+    """
+    return min(max(SHARD_SIZE, cases // UNITS), LARGEST)
+
+
 def study_units(
-    study: StudyDefinition, cases: Iterable[Case], made_by: Mapping[str, MadeBy]
+    study: StudyDefinition,
+    cases: Iterable[Case],
+    made_by: Mapping[str, MadeBy],
+    size: int,
 ) -> Iterator[Unit]:
     """The units of a study, made lazily: every method on the first cases, then on the next.
 
@@ -87,9 +102,10 @@ def study_units(
         study: the definition of the study.
         cases: all cases, iterated once.
         made_by: everything that a method's rows depend on, by method that is to judge.
+        size: cases of a unit.
     """
     ahead = iter(cases)
-    while part := tuple(islice(ahead, study.shard_size or SHARD_SIZE)):
+    while part := tuple(islice(ahead, size)):
         judgements = tuple(
             (repetition, scenario, layout)
             for repetition in range(study.repetitions)
@@ -157,10 +173,10 @@ def check_made_by(method: str, asked: MadeBy) -> None:
 
 
 def _rows(method: Method, unit: Unit) -> Iterator[Row]:
-    first = _first_verdict(method, unit)
+    first, said = _first_verdict(method, unit), said_of(method)
     for repetition, scenario, layout in unit.judgements:
         verdict, first = first or judge(method, layout, unit.timeout), None
-        yield result_row(layout, scenario, method, repetition, verdict)
+        yield result_row(layout, scenario, said, repetition, verdict)
 
 
 _LONG = 0.001
@@ -210,4 +226,4 @@ def timed_out_row(unit: Unit, part: int, reason: str) -> Row:
 def _row_without_verdict(unit: Unit, part: int, status: Status, reason: str) -> Row:
     repetition, scenario, layout = unit.judgements[part]
     verdict = Verdict(item_count=len(layout), status=status, reason=reason)
-    return result_row(layout, scenario, method_named(unit.method), repetition, verdict)
+    return result_row(layout, scenario, said_of(method_named(unit.method)), repetition, verdict)

@@ -47,7 +47,7 @@ from steadyload.methods.cascade.thresholds import load_thresholds
 from steadyload.methods.contract.method import judge
 from steadyload.methods.registry import make_method
 from steadyload.runs.definition import load_study
-from steadyload.runs.results import ROWS, load_results, result_row
+from steadyload.runs.results import ROWS, load_results, result_row, said_of
 from steadyload.runs.store import checksum
 from steadyload.transport.history import recorded
 from steadyload.transport.rules import rule_named
@@ -322,8 +322,9 @@ def _ledger():
 @cache
 def _rows():
     method = make_method("fbs")
+    said = said_of(method)
     return tuple(
-        result_row(layout, "as given", method, 0, judge(method, layout)) for layout in layouts()
+        result_row(layout, "as given", said, 0, judge(method, layout)) for layout in layouts()
     )
 
 

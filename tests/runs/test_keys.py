@@ -150,7 +150,7 @@ def varied(thing, **others):
 
 
 def of_a_study(study, case=("as given", ONE), made=MADE):
-    [unit, *_] = study_units(study, [case], dict.fromkeys(study.methods, made))
+    [unit, *_] = study_units(study, [case], dict.fromkeys(study.methods, made), size=12)
     return unit
 
 
@@ -248,8 +248,8 @@ ASKED = {
     ),
     OneByOne: (
         OneByOne(400, "ps_opt@mujoco"),
-        {"question": "layouts one by one"},
-        "fe96bb0aa68d18fc1433",
+        {"question": "layouts one by one", "ahead": 100},
+        "1538ff4c44a10d0e4359",
     ),
     Size: (
         Size(4000, 2),

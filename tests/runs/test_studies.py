@@ -13,6 +13,7 @@ import pyarrow.parquet as pq
 import pytest
 from verdict_tables import verdicts
 
+from steadyload.atomic import manifest_text
 from steadyload.engines.registry import ENGINES, EngineEntry, installed_versions
 from steadyload.engines.world import EngineNotInstalledError
 from steadyload.layouts.formats import Format, write_layouts
@@ -33,7 +34,7 @@ from steadyload.runs.results import (
     load_results,
 )
 from steadyload.runs.runner import run_study
-from steadyload.runs.units import OtherCodeError, Unit, judge_unit, made_now
+from steadyload.runs.units import OtherCodeError, Unit, judge_unit, made_now, usual_size
 
 STUDY = """
 name = "small"
@@ -357,3 +358,34 @@ def test_rows_without_a_column_that_came_later_are_read(study_file, tmp_path):
     assert read.column_names == SCHEMA.names
     assert read["body_substeps"].null_count == len(old)
     assert read.select(names).equals(old)
+
+
+@pytest.mark.parametrize(
+    ("cases", "size"), [(0, 12), (600, 12), (3327, 12), (3328, 13), (12_800, 50), (10**7, 100)]
+)
+def test_units_of_a_large_study_are_larger(cases, size):
+    assert usual_size(cases) == size
+    units = -(-cases // size)
+    assert units >= min(256, cases // 12)  # so many workers have something to do
+
+
+@pytest.mark.parametrize("by_an_earlier_version", [False, True])
+def test_a_run_goes_on_with_units_of_the_size_it_was_begun_with(
+    by_an_earlier_version, tmp_path, monkeypatch
+):
+    study = StudyDefinition("grows", ("fbs",), generated=60, seed=2, scenarios=("S1",), limit=24)
+    folder = tmp_path / "run"
+    run_study(study, folder)
+    begun = load_manifest(folder)
+    assert begun["cases_a_unit"] == 12
+    if by_an_earlier_version:
+        del begun["cases_a_unit"]
+        (folder / "manifest.json").write_text(manifest_text(begun))
+    monkeypatch.setattr("steadyload.runs.units.UNITS", 3)
+    grown = dataclasses.replace(study, limit=None)
+    assert run_study(grown, folder) == 60 - 24
+    assert run_study(grown, tmp_path / "new") == 60
+    assert load_manifest(folder)["cases_a_unit"] == 12
+    assert load_manifest(tmp_path / "new")["cases_a_unit"] == 20
+    assert len(list((tmp_path / "new" / "results").iterdir())) == 3
+    pd.testing.assert_frame_equal(*(verdicts(at) for at in (folder, tmp_path / "new")))

@@ -33,6 +33,9 @@ EACH = 1000
 SIMULATED = "ps_opt@mujoco"
 """A method that judges one layout after the other."""
 
+AHEAD = 100
+"""One in so many layouts is judged beforehand by a study whose time is taken off."""
+
 _RUNS = 5
 """Runs in threads, of which the median counts."""
 
@@ -132,7 +135,7 @@ class Simulating:
     )
 
 
-class OneByOne(Asked[Simulating], question="layouts one by one"):
+class OneByOne(Asked[Simulating], question="layouts one by one", ahead=AHEAD):
     """A study of simulations to be measured."""
 
     layouts: int
@@ -146,7 +149,7 @@ class OneByOne(Asked[Simulating], question="layouts one by one"):
         """The needs of a study for some more layouts, so that starts do not count."""
         with tempfile.TemporaryDirectory(prefix="steadyload-scale-") as name:
             made = write_many(Path(name), self.layouts, 1, seed=1)
-            few = max(self.layouts // 5, 1)
+            few = max(self.layouts // AHEAD, 1)
             less, more = (
                 in_fresh_process(
                     _judge, Path(name) / f"run-{most}", made, (self.method,), "processes", 1, most

@@ -33,7 +33,7 @@ from steadyload.studies.scale.needs import Needs, in_fresh_process
 METHODS = ("fbs", "pbs0.9", "pbs0.7", "pbs0.5")
 """Cheap methods, so that the measured needs are those of everything but judging."""
 
-_FOR_EACH_SIMULATED = 500
+_FOR_EACH_SIMULATED = 40
 """Layouts in blocks, for each that is simulated."""
 
 REPETITIONS = 10
