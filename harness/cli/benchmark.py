@@ -11,8 +11,7 @@ from typing import Any
 from steadyload.cli.convert import WRITABLE, output_format
 from steadyload.cli.flags import UsageError
 from steadyload.cli.interrupts import working
-from steadyload.cli.studies import workers_option
-from steadyload.cli.terminal import print_table, progress_bar, resumable, study_progress
+from steadyload.cli.terminal import print_table, progress_bar
 from steadyload.config import REQUIRED, operand, option, output_option, stated
 from steadyload.studies.benchmark.study import labelled_set
 
@@ -110,7 +109,8 @@ class Export:
         print(f"{count} cases -> {self.output}; labels -> {labels_path(self.output)}")
 
 
-_IN_SPLIT = "cases a scenario in the {} split, an even number (default: {})"
+IN_SPLIT = "cases a scenario in the {} split, an even number (default: {})"
+"""Description of an option: the split, and the default."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -126,9 +126,9 @@ class Import:
     split_seed: int | None = option(
         None, "draw training, validation and test by item list (default: no splits)", least=0
     )
-    test: int | None = option(None, _IN_SPLIT.format("test", "that of the package"), least=2)
+    test: int | None = option(None, IN_SPLIT.format("test", "that of the package"), least=2)
     validation: int | None = option(
-        None, _IN_SPLIT.format("validation", "that of the package"), least=2
+        None, IN_SPLIT.format("validation", "that of the package"), least=2
     )
 
     def run(self) -> None:
@@ -151,10 +151,10 @@ class Import:
             f"{found.unlabelled} not) -> {self.output}"
         )
         print(f"{found.checked} labels held against what moved, {len(found.mismatches)} differ")
-        _list("differs from what moved", found.mismatches)
-        _list("repeats a case with another score", found.conflicts)
-        _list("refused", [f"{place}: {reason}" for place, reason in found.refused])
-        _list("doubtful", found.doubts)
+        print_first("differs from what moved", found.mismatches)
+        print_first("repeats a case with another score", found.conflicts)
+        print_first("refused", [f"{place}: {reason}" for place, reason in found.refused])
+        print_first("doubtful", found.doubts)
 
 
 @dataclass(frozen=True)
@@ -289,128 +289,8 @@ class ExtendReal:
         print(f"{count} cases added; next: steadyload benchmark screen {self.directory}")
 
 
-@dataclass(frozen=True)
-class Label:
-    """Which set, the sizes of the splits, and the further methods."""
-
-    directory: Path = operand(
-        Path("runs/benchmark"), "folder of the new set (default: runs/benchmark)", metavar="DIR"
-    )
-    test: int | None = option(None, _IN_SPLIT.format("test", "as built or labelled last"), least=2)
-    validation: int | None = option(
-        None, _IN_SPLIT.format("validation", "as built or labelled last"), least=2
-    )
-    judges: str | None = option(
-        None, "further judges of validation and test; `robust` says less with few (default: all)",
-        choices=("all", "few", "none"),
-    )  # fmt: skip
-    question: str = option(
-        "within", "stands: whether a load stands once everything rests; of a set that has its "
-        "labels and splits (default: within)", choices="steadyload.layouts.model.question:Question",
-    )  # fmt: skip
-    train: int | None = option(
-        None, "with --question stands: this many training cases, too (default: 5000)", least=0
-    )
-    workers: int = workers_option(0)
-
-    def __post_init__(self) -> None:
-        of_within = {"--test": self.test, "--validation": self.validation, "--judges": self.judges}
-        of_other = {"--train": self.train} if self.question == "within" else of_within
-        for flag, value in of_other.items():
-            if value is not None:
-                raise UsageError(f"{flag}: not allowed with --question {self.question}")
-
-    def run(self) -> None:
-        """Label the missing cases."""
-        from steadyload.layouts.model.question import Question
-
-        if self.question == Question.STANDS:
-            self._stands()
-        else:
-            self._within()
-
-    def _stands(self) -> None:
-        from steadyload.labelling.label_stands import TRAINING_CASES, label_stands
-
-        with resumable(self.directory), study_progress() as progress:
-            count = label_stands(
-                self.directory,
-                training_cases=TRAINING_CASES if self.train is None else self.train,
-                workers=self.workers,
-                progress=progress,
-            )
-        print(f"{count} labels of the question stands -> {self.directory / 'stands.parquet'}")
-
-    def _within(self) -> None:
-        from steadyload.labelling.labelling import PANELS, label_set, split_sizes
-        from steadyload.layouts.benchmark.tables import read_tables
-
-        built = split_sizes(read_tables(self.directory)[3])
-        sizes = replace(built, **stated(test=self.test, validation=self.validation))
-        with resumable(self.directory), study_progress() as progress:
-            label_set(
-                self.directory, sizes=sizes, judges=PANELS[self.judges or "all"],
-                workers=self.workers, progress=progress,
-            )  # fmt: skip
-        print(f"labels and opinions -> {self.directory}")
-
-
-@dataclass(frozen=True)
-class Screen:
-    """Which set, and how large its layouts may be."""
-
-    directory: Path = operand(REQUIRED, "folder of the set", metavar="DIR")
-    most_items: int | None = option(None, "only layouts of at most so many items", least=1)
-    again: int | None = option(
-        None, "label N cases once more, drawn at random, and compare; the set stays as it is",
-        metavar="N", least=1,
-    )  # fmt: skip
-    least_items: int | None = option(None, "with --again: only of at least so many items", least=1)
-    keep_in: Path | None = option(
-        None, "label nothing; keep the rows made so far in tables of the set SET, from which this "
-        "command goes on in a copy of SET", metavar="SET",
-    )  # fmt: skip
-    workers: int = workers_option(0)
-
-    def __post_init__(self) -> None:
-        if self.keep_in is not None and (self.again or self.most_items) is not None:
-            raise UsageError("--keep-in: not allowed with --again or --most-items")
-        if self.again is not None and self.most_items is not None:
-            raise UsageError("--most-items: not allowed with --again; allowed: --least-items")
-        if self.again is None and self.least_items is not None:
-            raise UsageError("--least-items: not allowed without --again")
-
-    def run(self) -> None:
-        """Label the missing cases for both questions: validation, then test, then training."""
-        from steadyload.labelling.screening import keep_again, keep_begun, label_screened
-
-        if self.keep_in is not None:
-            print(f"unlabelled cases with rows: {keep_begun(self.directory, self.keep_in)}")
-            print(f"labels that were made again: {keep_again(self.directory, self.keep_in)}")
-        elif self.again is not None:
-            self._again(self.again)
-        else:
-            with resumable(self.directory), progress_bar("labelling") as advance:
-                count = label_screened(
-                    self.directory, most_items=self.most_items, workers=self.workers,
-                    progress=advance,
-                )  # fmt: skip
-            print(f"{count} cases have labels of both questions -> {self.directory}")
-
-    def _again(self, count: int) -> None:
-        from steadyload.labelling.screening import label_again
-
-        with resumable(self.directory), progress_bar("labelling again") as advance:
-            found = label_again(
-                self.directory, count, least_items=self.least_items or 1, workers=self.workers,
-                progress=advance,
-            )  # fmt: skip
-        equal = len(found.cases) - len(found.differ)
-        print(f"{equal} of {len(found.cases)} cases, labelled again, are equal -> {self.directory}")
-        _list("differs", [f"{layout} {scenario}" for layout, scenario in found.differ])
-
-
-def _list(title: str, entries: Sequence[str]) -> None:
+def print_first(title: str, entries: Sequence[str]) -> None:
+    """Print a line an entry, of many the first, and how many more there are."""
     for entry in entries[:_SHOWN]:
         print(f"{title}: {entry}")
     if len(entries) > _SHOWN:

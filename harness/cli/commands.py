@@ -98,9 +98,11 @@ _OWN: Mapping[Group, tuple[tuple[str, str, str], ...]] = {
          "a set of real size: customers' pallets and plans of packers, not labelled yet"),
         ("benchmark extend-real", "benchmark:ExtendReal",
          "add large layouts of further item lists to a set of real size, not labelled yet"),
-        ("benchmark label", "benchmark:Label",
+        ("benchmark label", "benchmark_labels:Label",
          "label a set, split it, judge it by further methods; goes on where it was interrupted"),
-        ("benchmark screen", "benchmark:Screen",
+        ("benchmark judge", "benchmark_labels:Further",
+         "judge cases of a labelled set by further methods; goes on where it was interrupted"),
+        ("benchmark screen", "benchmark_labels:Screen",
          "label a set of large layouts for both questions; goes on where it was interrupted"),
     ),
     Group.REMAKE: (

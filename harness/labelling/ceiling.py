@@ -87,7 +87,9 @@ class Ceiling:
 
 
 def label_ceiling(labels: pd.DataFrame, opinions: pd.DataFrame) -> Ceiling | None:
-    """The ceiling of the labels of some cases; None where there is no ensemble.
+    """The ceiling of the labels of some cases; None where no case has been judged by an ensemble.
+
+    It is that of the cases that all further methods have judged.
 
     Args:
         labels: a row a case, :data:`steadyload.runs.labels.LABELS`, indexed by layout and
@@ -102,8 +104,13 @@ def label_ceiling(labels: pd.DataFrame, opinions: pd.DataFrame) -> Ceiling | Non
         .astype(float)
         .where(opinions["status"] == "done")
     )
-    table = said.pivot(index=KEYS, columns=["reason", "judge"], values="answer")
+    judges = ["reason", "judge"]
+    table = said.pivot(index=KEYS, columns=judges, values="answer")
     if not {str(r) for _, reasons in WIDENING for r in reasons} <= set(table.columns.levels[0]):
+        return None
+    asked = said.pivot(index=KEYS, columns=judges, values="status").notna().all(axis=1)
+    labels = labels[labels.index.isin(asked.index[asked])]
+    if labels.empty:
         return None
     table = table.reindex(labels.index)
     table = table.mask(table == _STABLE, labels["item_count"].astype(float), axis=0)

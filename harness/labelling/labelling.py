@@ -377,20 +377,28 @@ def _asked(
     progress: NamedProgress,
 ) -> pd.DataFrame:
     """Verdicts of the further methods on a part."""
-    reasons = {str(make_method(j.spec).spec): str(j.reason) for j in judges}
-    if not reasons:
+    if not judges:
         return _no_verdicts()
     study = StudyDefinition(
         name=f"opinions on {part}",
-        methods=tuple(reasons),
+        methods=tuple(reasons_of(judges)),
         benchmark=part,
         benchmark_directory=directory,
         shard_size=50,
     )
     folder = directory / "opinions" / part
-    rows = judged(study, folder, workers, partial(progress, part))
+    return further_rows(judged(study, folder, workers, partial(progress, part)), judges)
+
+
+def reasons_of(judges: Sequence[FurtherMethod]) -> dict[str, str]:
+    """The reasons of further methods, by canonical spec."""
+    return {str(make_method(judge.spec).spec): str(judge.reason) for judge in judges}
+
+
+def further_rows(rows: pd.DataFrame, judges: Sequence[FurtherMethod]) -> pd.DataFrame:
+    """Result rows of further methods as rows of the table of opinions."""
     return rows.assign(
-        reason=rows["method"].map(reasons),
+        reason=rows["method"].map(reasons_of(judges)),
         judge=rows["method"],
         failing_step=rows["failing_step"].astype("Int16"),
     )[OPINIONS.names]

@@ -99,3 +99,16 @@ def test_there_is_no_ceiling_without_an_ensemble(judged):
     labels, opinions = judged
     assert label_ceiling(labels, opinions[opinions["reason"] == "limits"]) is None
     assert label_ceiling(labels, pd.DataFrame(columns=opinions.columns)) is None
+
+
+def test_it_is_of_the_cases_that_all_further_methods_have_judged(judged):
+    labels, opinions = judged
+    rest = labels.index[::3]
+    late = (opinions["reason"] == "numerical") & pd.MultiIndex.from_frame(opinions[KEYS]).isin(rest)
+    part = label_ceiling(labels, opinions[~late])
+    alone = label_ceiling(labels[~labels.index.isin(rest)], opinions)
+    assert part.by_group["all"][-1].label.n == len(labels) - len(rest)
+    for one, other in zip(part.by_group["all"], alone.by_group["all"], strict=True):
+        assert (one.label, one.twin, one.plurality) == (other.label, other.twin, other.plurality)
+    assert label_ceiling(labels, opinions[opinions["reason"] != "numerical"]) is None
+    assert label_ceiling(labels.loc[rest], opinions[~late]) is None
