@@ -238,7 +238,7 @@ def _names(column: pa.Array) -> tuple[str, ...]:
     if column.null_count:
         raise ValueError("a name is missing")
     if pa.types.is_dictionary(column.type):
-        return tuple(text or "" for text in _texts(column))
+        column = column.dictionary_decode().fill_null("")
     return tuple(column.to_numpy(zero_copy_only=False).tolist())
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
-from itertools import pairwise
+from itertools import chain, pairwise
 from operator import index
 from typing import Any, overload
 
@@ -156,7 +156,7 @@ class LayoutBatch:
             np.concatenate(([0], np.cumsum(counts))),
             **{key: np.concatenate([getattr(b, key) for b in batches]) for key in ARRAYS},
             floors=np.concatenate([batch.floors for batch in batches]),
-            names=tuple(name for batch in batches for name in batch.names),
+            names=tuple(chain.from_iterable(batch.names for batch in batches)),
             kinds=Pallets.joined([batch.kinds for batch in batches]),
             ids=tuple(name for batch in batches for name in batch.ids or [""] * len(batch.weights))
             if with_ids
