@@ -228,7 +228,7 @@ def made_with(benchmark: Benchmark) -> dict[str, str]:
         if key in manifest:
             lines[key.replace("_", " ")] = str(manifest[key])
     stands = manifest.get("stands", {})
-    steps = {step: manifest.get(step) for step in ("built_with", "labelled_with")}
+    steps = {step: manifest.get(step) for step in ("built_with", "labelled_with", "judged_with")}
     steps["stands_labelled_with"] = stands.get("labelled_with")
     for step, found in steps.items():
         if found is not None:
