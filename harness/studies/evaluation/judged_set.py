@@ -408,8 +408,9 @@ def _span(bin_: MarginBin) -> str:
 
 
 def _fragile_errors(one: MethodEvaluation) -> str | None:
-    """Share of a method's errors that are on fragile labels."""
-    if one.fragile.n == 0 or one.accuracy.value == 1.0:
+    """Share that is on fragile labels, of a method's errors where it is known which are fragile."""
+    known = [each for each in (one.robust, one.fragile) if each.n]
+    wrong = sum((1.0 - each.value) * each.n for each in known)
+    if one.fragile.n == 0 or wrong == 0.0:
         return None
-    wrong = (1.0 - one.accuracy.value) * one.accuracy.n
     return f"{fixed(100 * (1.0 - one.fragile.value) * one.fragile.n / wrong)} (of {fixed(wrong)})"
