@@ -165,8 +165,8 @@ def labelled_material(study: StudyDefinition, benchmark: Benchmark | None = None
     }
     if "screens" in benchmark.manifest:
         about["screens"] = list(benchmark.manifest["screens"])
-    if isinstance(study.benchmark_directory, str):
-        about["set"] = study.benchmark_directory
+    if benchmark.word:
+        about["set"] = benchmark.word
     return Material(centred, lambda copy: cases, labels, about)
 
 

@@ -14,7 +14,7 @@ from steadyload.layouts.benchmark.build import (
     build,
 )
 from steadyload.layouts.benchmark.overview import overview
-from steadyload.layouts.benchmark.parts import PLANAR
+from steadyload.layouts.benchmark.parts import PLANAR, Part
 from steadyload.layouts.model.scenarios import Scenario, apply_scenario
 from steadyload.layouts.packing.heuristics import HEURISTICS
 from steadyload.layouts.packing.packing import (
@@ -26,9 +26,10 @@ from steadyload.layouts.packing.packing import (
 )
 from steadyload.methods.simulation.scene import planar_scene
 from steadyload.runs.definition import load_study
-from steadyload.runs.labels import load_labels
+from steadyload.runs.labels import Cases, load_labels
 from steadyload.runs.results import load_manifest
 from steadyload.runs.runner import run_study
+from steadyload.studies.kit import Lab
 
 SCENARIOS = [str(s) for s in Scenario]
 SAMPLE = 60
@@ -110,6 +111,14 @@ def test_a_study_and_the_command_name_it_by_a_word(benchmark, tmp_path, capsys):
     capsys.readouterr()
     assert main(["benchmark", "info", "planar", "--json"]) == 0
     assert json.loads(capsys.readouterr().out) == overview(benchmark)
+
+
+def test_a_run_on_the_set_itself_names_it_too(benchmark, tmp_path):
+    Lab(tmp_path, 0).judge(["sme"], Cases(benchmark, Part.VALIDATION, limit=2), folder="run")
+    assert load_manifest(tmp_path / "run")["labels"]["set"] == "planar"
+    few = benchmark.drawn(benchmark.select("validation", limit=2))
+    Lab(tmp_path, 0).judge(["sme"], Cases(few), folder="drawn")
+    assert "set" not in load_manifest(tmp_path / "drawn")["labels"]
 
 
 def test_a_folder_of_that_name_is_told_from_the_word(tmp_path, monkeypatch):

@@ -55,6 +55,8 @@ class Benchmark:
             :data:`steadyload.layouts.benchmark.tables.STANDS`.
         screening: what was seen of the steps of cases that were labelled by screening,
             :data:`steadyload.layouts.benchmark.tables.SCREENING`.
+        word: of :data:`SETS`, where it was read by one; empty for the large set of the package, and
+            for other folders.
     """
 
     layouts: pd.DataFrame
@@ -64,6 +66,7 @@ class Benchmark:
     notes: str = ""
     stands: pd.DataFrame = field(default_factory=lambda: pd.DataFrame(columns=STANDS.names))
     screening: pd.DataFrame = field(default_factory=lambda: pd.DataFrame(columns=SCREENING.names))
+    word: str = ""
 
     @cached_property
     def confidence(self) -> pd.DataFrame:
@@ -238,8 +241,8 @@ def load_benchmark(directory: str | Path | None = None) -> Benchmark:
     Raises:
         BenchmarkError: not such a folder, or a damaged one.
     """
-    known = SETS.get(directory) if isinstance(directory, str) else None
-    folder = known or Path(directory or SHIPPED)
+    word = directory if isinstance(directory, str) and directory in SETS else ""
+    folder = SETS[word] if word else Path(directory or SHIPPED)
     layouts, cases, opinions, manifest = read_tables(folder)
     layouts = layouts.set_index("layout")
     try:
@@ -260,7 +263,7 @@ def load_benchmark(directory: str | Path | None = None) -> Benchmark:
     notes = content_of(written, MAX_STORED_BYTES) if written.exists() else b""
     further = {name: read_further(folder, name) for name in LOADED}
     told = notes.decode(errors="replace")
-    return Benchmark(layouts, cases, opinions, manifest, told, **further)
+    return Benchmark(layouts, cases, opinions, manifest, told, **further, word=word)
 
 
 def _layout_of(name: str, row: Mapping[str, Any], offsets: Any) -> Layout:
