@@ -93,25 +93,24 @@ def kept_load(file: Path) -> float | None:
 
 
 class Turn(Asked[dict[str, Any]], question="times in turns", version=VERSION, prefix="times-"):
-    """All methods judge all layouts once, in blocks.
+    """All methods judge a block of layouts, one method after the other.
 
     Attributes:
         made_by: of each method, by its spec.
         layouts: that every method judges, one at a time.
-        block: layouts before it is the next method's turn.
-        repeat: number of this repetition, counted from 0.
+        block: layouts of a turn at most.
+        number: of this turn, counted from 0; the method that is first changes with it.
     """
 
     made_by: Mapping[str, MadeBy] = asked("made by")
     layouts: tuple[Layout, ...]
     block: int
-    repeat: int
+    number: int = asked("repeat")
 
     def describe(self, part: int) -> str:
         """Description of the unit for messages."""
         return (
-            f"timing {len(self.made_by)} methods on {len(self.layouts)} layouts, "
-            f"repeat {self.repeat}"
+            f"timing {len(self.made_by)} methods on {len(self.layouts)} layouts, turn {self.number}"
         )
 
     def measure(self) -> dict[str, Any]:
@@ -120,23 +119,19 @@ class Turn(Asked[dict[str, Any]], question="times in turns", version=VERSION, pr
         methods = {spec: method_named(spec) for spec in names}
         for method in methods.values():
             method.prepare(max(map(len, self.layouts)))
-            judge(method, self.layouts[0])
         before = machine_load()
-        found: dict[str, list[tuple[float, float]]] = {spec: [] for spec in names}
-        blocks = range(0, len(self.layouts), self.block)
-        for number, start in enumerate(blocks):
-            block = self.layouts[start : start + self.block]
-            first = (number + self.repeat * len(blocks)) % len(names)
-            for spec in [*names[first:], *names[:first]]:
-                method = methods[spec]
-                # The state of the caches after the previous method is not to count.
-                judge(method, block[0])
-                found[spec] += [taken(partial(judge, method, layout)) for layout in block]
+        found: dict[str, list[tuple[float, float]]] = {}
+        first = self.number % len(names)
+        for spec in [*names[first:], *names[:first]]:
+            method = methods[spec]
+            # The state of the caches after the previous method is not to count.
+            judge(method, self.layouts[0])
+            found[spec] = [taken(partial(judge, method, layout)) for layout in self.layouts]
         after = machine_load()
         return {
             "load": None if before is None or after is None else max(before, after),
-            "cpu": {spec: [cpu for cpu, _ in each] for spec, each in found.items()},
-            "wall": {spec: [wall for _, wall in each] for spec, each in found.items()},
+            "cpu": {spec: [cpu for cpu, _ in found[spec]] for spec in names},
+            "wall": {spec: [wall for _, wall in found[spec]] for spec in names},
         }
 
 
@@ -165,9 +160,9 @@ def timed(
     workers: int = 1,
     progress: Progress = silent,
 ) -> Times:
-    """Times of methods on the same layouts; every repeat is stored, and not taken again.
+    """Times of methods on the same layouts; every block is stored, and not taken again.
 
-    A repeat counts as taken when methods, their versions, layouts and packages were the same.
+    A block counts as taken when methods, their versions, layouts and packages were the same.
 
     Args:
         methods: spec strings; without any there is nothing to time.
@@ -176,7 +171,7 @@ def timed(
         repeats: number of times that every layout is judged.
         block: layouts that a method judges in a turn.
         workers: 0 times in this process, any other number in one beside it, with a single thread.
-        progress: called with repeats done and repeats in all.
+        progress: called with blocks done and blocks in all, over all repeats.
 
     Raises:
         ResultsError: a method ended its process.
@@ -187,14 +182,18 @@ def timed(
     chosen = tuple(layouts)
     named = {spec: make_method(spec) for spec in methods}
     made = made_now(named.values())
-    turns = [Turn(made, chosen, block, repeat) for repeat in range(repeats)]
+    blocks = [chosen[start : start + block] for start in range(0, len(chosen), block)]
+    turns = [Turn(made, own, block, number) for number, own in enumerate(blocks * repeats)]
     with locked(folder):
         store = Store(folder, JSON)
         store.complete(turns, measured, workers=min(workers, 1), progress=progress)
         kept = [entry for turn in turns for entry in store.read(turn.key)]
     loads = [entry["load"] for entry in kept]
     cpu, wall = (
-        {spec: np.array([entry[clock][str(one)] for entry in kept]) for spec, one in named.items()}
+        {
+            spec: np.concatenate([entry[clock][str(one)] for entry in kept]).reshape(repeats, -1)
+            for spec, one in named.items()
+        }
         for clock in ("cpu", "wall")
     )
     return Times(cpu, wall, None if None in loads else max(loads))

@@ -56,21 +56,33 @@ def test_every_method_judges_the_same_layouts_as_often(asked, layouts, tmp_path)
     by_method = {spec: [name for of, name in asked if of == spec] for spec in METHODS}
     assert by_method[METHODS[0]] == by_method[METHODS[1]] == by_method[METHODS[2]]
     names = [layout.name for layout in layouts]
-    # Each layout once a repeat; the first of all and of each block once more, untimed.
+    # Each layout once a repeat; the first of each block once more, untimed.
     assert all(by_method["noting"].count(name) >= 3 for name in names)
-    assert len(by_method["noting"]) == 3 * (7 + 1 + 3)
+    assert len(by_method["noting"]) == 3 * (7 + 3)
 
 
 def test_a_method_has_a_block_in_a_turn_and_no_method_is_always_first(asked, layouts, tmp_path):
     timed(METHODS, layouts, tmp_path, repeats=1, block=3, workers=0)
-    turns = [spec for spec, _ in asked[len(METHODS) :]]
+    turns = [spec for spec, _ in asked]
     changes = [spec for k, spec in enumerate(turns) if k == 0 or turns[k - 1] != spec]
     blocks = [tuple(changes[k : k + 3]) for k in range(0, 9, 3)]
     assert all(set(block) == set(METHODS) for block in blocks)
     assert {block[0] for block in blocks} == set(METHODS)
 
 
-def test_a_repeat_that_was_taken_is_not_taken_again(asked, layouts, tmp_path, monkeypatch):
+def test_times_stand_beside_their_method_and_layout(asked, layouts, tmp_path, monkeypatch):
+    def told(work):
+        method, layout = work.args
+        return float(len(layout)), float(method.parameters.mark)
+
+    monkeypatch.setattr("steadyload.runs.timing.taken", told)
+    times = timed(METHODS, layouts, tmp_path, repeats=2, block=3, workers=0)
+    for mark, spec in enumerate(METHODS):
+        assert times.cpu[spec].tolist() == 2 * [[len(layout) for layout in layouts]]
+        assert times.wall[spec].tolist() == 2 * [[mark] * len(layouts)]
+
+
+def test_a_block_that_was_taken_is_not_taken_again(asked, layouts, tmp_path, monkeypatch):
     first = timed(METHODS, layouts, tmp_path, repeats=2, block=3, workers=0)
     asked.clear()
     again = timed(METHODS, layouts, tmp_path, repeats=2, block=3, workers=0)
@@ -81,18 +93,30 @@ def test_a_repeat_that_was_taken_is_not_taken_again(asked, layouts, tmp_path, mo
     told = []
     more = timed(METHODS, layouts, tmp_path, repeats=3, block=3, workers=0,
                  progress=lambda done, total: told.append((done, total)))  # fmt: skip
-    assert told == [(2, 3), (3, 3)]
+    assert told == [(6, 9), (7, 9), (8, 9), (9, 9)]
     assert more.cpu["noting"][:2].tolist() == first.cpu["noting"].tolist()
     asked.clear()
-    timed(METHODS, layouts[:-1], tmp_path, repeats=1, block=3, workers=0)
-    assert asked  # times of other layouts are other times
+    timed(METHODS, layouts[1:], tmp_path, repeats=1, block=3, workers=0)
+    assert asked  # times of other blocks are other times
     asked.clear()
     monkeypatch.setattr(Noting, "version", 2)
     timed(METHODS, layouts, tmp_path, repeats=1, block=3, workers=0)
     assert asked
 
 
-def test_the_load_is_the_largest_of_all_repeats(asked, layouts, tmp_path):
+def test_an_interrupted_pass_goes_on_with_the_block_that_is_missing(asked, layouts, tmp_path):
+    def stop(done, total):
+        if done == 2:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        timed(METHODS, layouts, tmp_path, repeats=1, block=3, workers=0, progress=stop)
+    asked.clear()
+    timed(METHODS, layouts, tmp_path, repeats=1, block=3, workers=0)
+    assert {name for _, name in asked} == {layouts[-1].name}
+
+
+def test_the_load_is_the_largest_of_all_blocks(asked, layouts, tmp_path):
     timed(METHODS[:1], layouts, tmp_path, repeats=2, workers=0)
     store = Store(tmp_path, JSON)
     for load, key in zip((0.4, 2.5), sorted(store.keys()), strict=True):
