@@ -16,6 +16,9 @@ from steadyload.runs.timing import Times
 BUSY = 1.5
 """Load above which other processes disturbed the timing; one process is the measured one."""
 
+MARK = "**The machine was busy: compare times with one another alone.**"
+"""Words by which a page marks times that were taken above that load."""
+
 CPU, WALL = "cpu_total", "wall_total"
 _WITHOUT_COST = [str(s) for s in (Status.REFUSED, Status.CRASHED, Status.ERROR)]
 PHASES = ("cpu_build", "cpu_step", "cpu_read")
@@ -65,8 +68,7 @@ def load_explained(load: float | None) -> str:
     if load is None:
         return ""
     told = f" While times were taken, {load:.1f} processes wanted to run, one of them ours."
-    busy = " **The machine was busy: compare times with one another alone.**"
-    return told + (busy if load > BUSY else "")
+    return told + (f" {MARK}" if load > BUSY else "")
 
 
 @dataclass(frozen=True)

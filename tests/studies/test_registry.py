@@ -22,6 +22,7 @@ from steadyload.properties.property import MethodUnderTest
 from steadyload.properties.registry import PROPERTIES
 from steadyload.reports.style import colour, marker
 from steadyload.runs.able import asked_question, fixed_step_engines
+from steadyload.runs.costs import load_explained
 from steadyload.studies import published, registry
 from steadyload.studies.engines.settings_page import engine_records, engines_markdown
 from steadyload.studies.evaluation.judging import Options, standard_methods
@@ -98,6 +99,13 @@ def test_a_page_whose_input_is_missing_is_refused_and_not_made_without_it(tmp_pa
 def test_the_published_index_is_up_to_date():
     folder = ROOT / published.FOLDER
     assert (folder / published.INDEX).read_text() == published.index(folder)
+
+
+@pytest.mark.parametrize("said", ["3.71 [2.00, 6.20] ms of CPU", "takes 7.1 us", "right on 97 %"])
+def test_the_index_has_no_time_that_was_taken_on_a_busy_machine(said):
+    quiet, busy = (f"# T\n\nPS_opt: {said}. More.{load_explained(load)}\n" for load in (1.2, 3.4))
+    assert published.listed_answer(quiet) == f"PS_opt: {said}."
+    assert (said in published.listed_answer(busy)) == said.endswith("%")
 
 
 def test_the_index_shows_the_leading_figure_of_every_page_that_has_one():
