@@ -310,6 +310,7 @@ STARTS = {"fbs", "pbs", "ps", "lstm", *NAMES}
 NAMING = {
     "engines.registry": "the engines",
     "methods.registry": "the methods",
+    "methods.tuned": "the presets that searches find",
     "labelling.screened_loading": "the two simulations that screen large layouts",
     "reports.style": "their colours and markers",
     "tuning.cascade.defaults": "stages of a cascade, each with parameters, in order",

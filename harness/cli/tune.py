@@ -68,7 +68,11 @@ class Tune:
         "or runs/remade/ENGINE-...)", metavar="DIR",
     )  # fmt: skip
     workers: int = workers_option(0)
-    write_preset: bool = option(False, "make what is found ps_opt on that engine")
+    preset: str = option(
+        "ps_opt", "what is found becomes this preset with --write-preset: ps_opt, or ps_opt-equal "
+        "of searches that differ in their engine alone (default: ps_opt)", metavar="NAME",
+    )  # fmt: skip
+    write_preset: bool = option(False, "make what is found that preset on that engine")
 
     def __post_init__(self) -> None:
         if self.engine is None and self.remake is None:
@@ -78,15 +82,21 @@ class Tune:
 
     def run(self) -> int:
         """Search, write the page, and the preset."""
-        from steadyload.methods.tuned import TUNED
         from steadyload.reports.pages.writing import write_page
         from steadyload.runs.provenance import provenance, provenance_lines
         from steadyload.studies.tuning.presets import Found
         from steadyload.studies.tuning.searching import of_searches
         from steadyload.studies.tuning.study import Tuning
-        from steadyload.tuning.presets import check_remakable, differences, preset, write_preset
+        from steadyload.tuning.presets import (
+            check_preset,
+            check_remakable,
+            differences,
+            preset,
+            write_preset,
+        )
         from steadyload.tuning.search import Search
 
+        check_preset(self.preset)
         chosen = self._options()
         name = _named(chosen.engine, chosen.algorithm, chosen.space, chosen.seed, on=chosen.source)
         # A repeated search must not find the judgements of the first one.
@@ -105,11 +115,12 @@ class Tune:
         # Compared before it replaces the preset that it is compared with.
         unlike = differences(self.remake, preset(search)) if self.remake else []
         if self.write_preset:
-            print(write_preset(search))
+            print(write_preset(search, self.preset))
         if self.remake:
             say(f"{self.remake}: " + ("; ".join(unlike) or "the same parameters were found"))
             return 1 if unlike else 0
-        say(f"{TUNED}@{chosen.engine} would be {search.space.spec(search.fittest().genotype)}")
+        best = search.space.spec(search.fittest().genotype)
+        say(f"{self.preset}@{chosen.engine} would be {best}")
         return 0
 
     def _options(self) -> Any:

@@ -30,7 +30,7 @@ from steadyload.methods.contract.spec import (
     canonical,
     parse_spec,
 )
-from steadyload.methods.tuned import TUNED, tuned, tuned_name
+from steadyload.methods.tuned import ABOUT, tuned, tuned_name
 from steadyload.plugins import OWN, PluginError, faulty, loaded
 from steadyload.reading import own_file, toml_of
 
@@ -89,8 +89,8 @@ class Preset:
         there = f"was tuned for {', '.join(self.by_engine or ()) or 'no engine yet'}"
         if engine is not None and capabilities(engine).error_controlled:
             return f"{engine} chooses its own steps, there is nothing to tune; {self.name} {there}"
-        command = f"steadyload tune --engine {engine or 'NAME'} --budget 20m --write-preset"
-        return f"{self.name} {there}; to tune it run {command}"
+        options = f"--engine {engine or 'NAME'} --budget 20m --preset {self.name}"
+        return f"{self.name} {there}; to tune it run steadyload tune {options} --write-preset"
 
 
 def presets() -> Mapping[str, Preset]:
@@ -112,11 +112,13 @@ def _tuned() -> dict[str, Preset]:
         name: {engine: entry.parameters for engine, entry in entries.items()}
         for name, entries in tuned().items()
     }
-    source = "searches on labelled layouts, an engine each"
-    others = {str(q): found.get(tuned_name(q), {}) for q in Question if tuned_name(q) != TUNED}
-    own = found[TUNED]
-    made = Preset(TUNED, "simulation", "PS_opt", source, {}, own, others, tuple(Question))
-    return {TUNED: made}
+    return {
+        name: Preset(
+            name, "simulation", title, source, {}, found[name],
+            {str(q): found.get(tuned_name(q, name), {}) for q in Question}, tuple(Question),
+        )
+        for name, (title, source) in ABOUT.items()
+    }  # fmt: skip
 
 
 def method_classes() -> dict[str, str]:

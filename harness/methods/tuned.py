@@ -1,7 +1,7 @@
 """Parameters that searches found, with their provenance: ``tuned.json``.
 
 ``{name: {engine: {"parameters": ..., "made_by": ...}}}``; for another question than that of the
-label the name is ``ps_opt:question=...``. Searches write it
+label the name is ``PRESET:question=...``. Searches write it
 (``steadyload tune --write-preset``); nobody edits it.
 """
 
@@ -20,8 +20,16 @@ from steadyload.layouts.model.question import Question, with_question
 from steadyload.reading import own_file
 from steadyload.stored import REMEDY, StoredFileError, stored_object
 
-TUNED = "ps_opt"
-"""Name of the tuned preset; it exists before anything was tuned, and then on no engine."""
+TUNED, EQUAL = "ps_opt", "ps_opt-equal"
+"""Names of the tuned presets: the best that is known on every engine, and what searches found that
+differ in their engine alone, for comparisons of engines. Both exist before anything was tuned, and
+then on no engine."""
+
+ABOUT: Mapping[str, tuple[str, str]] = {
+    TUNED: ("PS_opt", "searches on labelled layouts, an engine each"),
+    EQUAL: ("PS_opt, equal searches", "searches that differ in their engine alone"),
+}
+"""Title and source of the tuned presets, by name."""
 
 FILE = own_file("steadyload.methods", "tuned.json")
 """Where searches write to, and presets are read from."""
@@ -40,9 +48,9 @@ class Tuned:
     made_by: Mapping[str, Any]
 
 
-def tuned_name(question: str) -> str:
-    """Name of the tuned preset's entry for a question: that of the label has the plain name."""
-    return with_question(TUNED, question)
+def tuned_name(question: str, preset: str = TUNED) -> str:
+    """Name of a tuned preset's entry for a question: that of the label has the plain name."""
+    return with_question(preset, question)
 
 
 def tuned() -> Mapping[str, Mapping[str, Tuned]]:
@@ -66,7 +74,7 @@ def tuned_engines() -> tuple[str, ...]:
 
 @cache
 def _read(file: Path) -> Mapping[str, Mapping[str, Tuned]]:
-    return {TUNED: {}} | {
+    return {name: {} for name in ABOUT} | {
         name: {engine: Tuned(**entry) for engine, entry in engines.items()}
         for name, engines in _entries(file).items()
     }

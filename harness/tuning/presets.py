@@ -6,9 +6,10 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from steadyload.layouts.model.question import Question
+from steadyload.errors import nearest
+from steadyload.layouts.model.question import Question, with_question
 from steadyload.methods.contract.spec import as_plain, parse_spec
-from steadyload.methods.tuned import TUNED, Tuned, tuned, tuned_name, write_tuned
+from steadyload.methods.tuned import ABOUT, TUNED, Tuned, tuned, tuned_name, write_tuned
 from steadyload.tuning import TuningError
 from steadyload.tuning.cost import CostModel
 from steadyload.tuning.options import SearchOptions
@@ -16,15 +17,30 @@ from steadyload.tuning.search import Search
 from steadyload.tuning.trial import worth
 
 
-def write_preset(search: Search) -> Path:
-    """Make the fittest genotype of a search the preset on its engine; returns the file.
+def write_preset(search: Search, name: str = TUNED) -> Path:
+    """Make the fittest genotype of a search a preset on its engine; returns the file.
+
+    Args:
+        search: a finished one.
+        name: of the preset, one of :data:`steadyload.methods.tuned.ABOUT`.
 
     Raises:
-        TuningError: see :func:`check_remakable`.
+        TuningError: see :func:`check_preset` and :func:`check_remakable`.
     """
+    check_preset(name)
     check_remakable(search.made_by)
-    name = tuned_name(search.options.source.question)
-    return write_tuned(name, search.options.engine, preset(search))
+    entry = tuned_name(search.options.source.question, name)
+    return write_tuned(entry, search.options.engine, preset(search))
+
+
+def check_preset(name: str) -> None:
+    """Check that searches may find a preset of this name.
+
+    Raises:
+        TuningError: it is none of :data:`steadyload.methods.tuned.ABOUT`.
+    """
+    if name not in ABOUT:
+        raise TuningError(f"preset is {name!r}; {nearest(name, ABOUT)}")
 
 
 def by_worth(searches: Iterable[Search]) -> dict[tuple[str, str], list[Search]]:
@@ -87,12 +103,14 @@ def differences(spec: str, found: Tuned) -> list[str]:
 def _entry(spec: str) -> Tuned:
     parsed = parse_spec(spec)
     question = dict(parsed.values).get("question", Question.WITHIN)
-    found = tuned().get(tuned_name(question), {}) if parsed.name == TUNED else {}
+    entry = tuned_name(question, parsed.name)
+    found = tuned().get(entry, {}) if parsed.name in ABOUT else {}
     if parsed.engine is None or parsed.engine not in found:
         known = [
-            f"{TUNED}@{engine}{name.removeprefix(TUNED)}"
-            for name, engines in tuned().items()
-            for engine in engines
+            with_question(f"{name}@{engine}", asked)
+            for name in ABOUT
+            for asked in Question
+            for engine in tuned().get(tuned_name(asked, name), ())
         ]
         raise TuningError(f"{spec}: no search found it; allowed: {', '.join(known) or 'none yet'}")
     return found[parsed.engine]

@@ -5,6 +5,7 @@ import json
 
 import pytest
 
+from steadyload.cli import main
 from steadyload.layouts.model.question import Question
 from steadyload.methods import registry, tuned
 from steadyload.methods.contract.spec import SpecError, as_plain
@@ -122,6 +123,29 @@ def test_a_preset_is_found_again(search, presets_file, tmp_path):
         found, parameters={**found.parameters, "eps_t": 99}))  # fmt: skip
     [unlike] = differences("ps_opt@mujoco", preset(again))
     assert unlike == f"eps_t is {found.parameters['eps_t']!r}, was 99"
+
+
+def test_a_preset_of_equal_searches_stands_beside_the_best_one(search, presets_file):
+    write_tuned("ps_opt", "mujoco", Tuned({"eps_t": 12}, {}))
+    write_preset(search, "ps_opt-equal")
+    own = make_method("ps_opt-equal@mujoco")
+    assert own.parameters == search.space.parameters(search.fittest().genotype)
+    assert make_method("ps_opt@mujoco").parameters.eps_t == 12
+    assert options_of("ps_opt-equal@mujoco") == OPTIONS
+    assert differences("ps_opt-equal@mujoco", preset(search)) == []
+    with pytest.raises(SpecError, match=r"ps_opt-equal was tuned for mujoco; .*-equal --write"):
+        make_method("ps_opt-equal@bullet")
+    with pytest.raises(TuningError, match=r"allowed: ps_opt@mujoco, ps_opt-equal@mujoco$"):
+        options_of("ps_opt-equal@bullet")
+
+
+def test_a_preset_has_one_of_the_known_names(search, presets_file, tmp_path, capsys):
+    with pytest.raises(TuningError, match="preset is 'best'; allowed: ps_opt, ps_opt-equal"):
+        write_preset(search, "best")
+    words = ["tune", "--engine", "mujoco", "--generations", "1", "--preset", "ps_opt-eqal"]
+    assert main([*words, "-o", str(tmp_path / "search")]) == 2
+    assert "did you mean 'ps_opt-equal'?" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
 
 
 def test_what_a_search_began_with_is_written_down(search, presets_file, tmp_path):
