@@ -58,9 +58,9 @@ SEED ?= 0
 fuzz: $(READY) ## read N mutated files of every format, from SEED; PUBLISH=1 puts the figures on docs/reliability.md; Ctrl-C ends it
 	$(BIN)/python tests/fuzz/fuzz.py $(N) $(SEED) $(if $(PUBLISH),--publish)
 
-test-deep: $(READY) ## run the tests that take minutes, and those of optional engines
+test-deep: $(READY) ## run the tests that take minutes, and those of optional engines; SHARE=K/N the K-th of N shares
 	@$(BIN)/steadyload warm-up
-	$(TEST) -m deep $(if $(PERTURB),--perturb $(PERTURB))
+	$(TEST) -m deep $(if $(PERTURB),--perturb $(PERTURB)) $(if $(SHARE),--share $(SHARE))
 
 lint: $(READY) ## check style
 	$(BIN)/ruff check .

@@ -19,6 +19,7 @@ from functools import partial
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 from xml.etree import ElementTree
+from zlib import crc32
 
 import matplotlib.image
 import pytest
@@ -97,6 +98,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         "--perturb", metavar="SEED",
         help="move every start of a simulation by up to 1e-7 of a box's lengths, by this seed",
     )  # fmt: skip
+    parser.addoption("--share", metavar="K/N", help="run the K-th of N shares of the files alone")
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -128,6 +130,21 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     config.files = {item.path for item in items}  # type: ignore[attr-defined]
     config.deep = _reasons(items, "deep")  # type: ignore[attr-defined]
     config.exact = _reasons(items, "exact")  # type: ignore[attr-defined]
+    if config.option.share is not None:
+        shared = [(item, _is_in(item.path, config.option.share)) for item in items]
+        items[:] = [item for item, is_in in shared if is_in]
+        config.hook.pytest_deselected(items=[item for item, is_in in shared if not is_in])
+
+
+def _is_in(file: Path, share: str) -> bool:
+    """Whether a file is in a share, whatever other files there are."""
+    try:
+        number, of = map(int, share.split("/"))
+    except ValueError:
+        number, of = 0, 0
+    if not 1 <= number <= of:
+        raise pytest.UsageError(f"--share is {share!r}; allowed: K/N, K from 1 to N, such as 2/5")
+    return crc32(f"{file.parent.name}/{file.name}".encode()) % of == number - 1
 
 
 def _reasons(items: list[pytest.Item], name: str) -> dict[str, str]:

@@ -66,6 +66,22 @@ def test_a_strict_run_fails_by_a_skip_without_an_allowed_reason(
     result.stdout.fnmatch_lines([f"*{said.replace('[', '[[]')}"])
 
 
+def test_shares_of_the_files_are_apart_and_all_of_them(pytester):
+    for name in ("conftest.py", "allowed_skips.toml"):
+        shutil.copy(TESTS / name, pytester.path)
+    names = [f"test_{k}" for k in range(12)]
+    pytester.makepyfile(**{name: f"def test_it():\n    assert {name!r}" for name in names})
+    ran = []
+    for share in ("1/3", "2/3", "3/3"):
+        passed, *_ = pytester.inline_run("--share", share).listoutcomes()
+        assert 0 < len(passed) < len(names)
+        ran += [report.nodeid.partition(".")[0] for report in passed]
+    assert sorted(ran) == sorted(names)
+    refused = pytester.runpytest_inprocess("--share", "4/3")
+    assert refused.ret == pytest.ExitCode.USAGE_ERROR
+    refused.stderr.fnmatch_lines(["*--share is '4/3'; allowed: K/N, K from 1 to N*"])
+
+
 def test_a_deep_test_without_a_reason_is_refused(pytester):
     for name in ("conftest.py", "allowed_skips.toml"):
         shutil.copy(TESTS / name, pytester.path)
