@@ -201,7 +201,7 @@ def test_a_method_is_recommended_by_the_times_of_the_timing_pass(written):
         cpu = next(cell for name, cell in shown.items() if name.startswith("CPU"))
         assert float(cpu.split()[0]) == pytest.approx(entry.cpu.value, rel=0.01)
     assert (front.part, front.cases, front.question) == ("test", 9, "within")
-    assert front.times.startswith("mean of 6 cases, 1 times each")
+    assert front.times.startswith("mean of 6 cases, one thread")
 
 
 def test_an_interrupted_run_goes_on_to_the_same_page(written, undrawn, undrawn_text):

@@ -394,7 +394,8 @@ def _write_front(own: JudgedSet, made_with: Mapping[str, str], work: Path) -> No
     Methods without times are left out.
     """
     if own.timing is not None:
-        times = f"mean of {own.timing.layouts} cases, {own.timing.repeats} times each, one thread"
+        often = f", {own.timing.repeats} times each" if own.timing.repeats > 1 else ""
+        times = f"mean of {own.timing.layouts} cases{often}, one thread"
         methods, judged = own.evaluation.methods, own.evaluation.judged
         file = work / NAME
         kept = load_fronts(file) if file.exists() else ()

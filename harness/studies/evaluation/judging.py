@@ -106,6 +106,10 @@ PART = "test"
 SHARD_SIZE, LIMITED_SHARD_SIZE = 60, 12
 """Cases a unit of work, without and with a time limit."""
 
+_PLANAR_TIMED = 20
+"""Largest number of cases a scenario of the planar set that are timed: its times only tell what a
+2-D engine saves."""
+
 _FEW = 0.1
 """Largest share of the timed cases that a method may refuse and still be timed on the others."""
 
@@ -278,7 +282,9 @@ def run(lab: Lab, definition: StudyDefinition, name: str) -> None:
 
 
 def _timed(lab: Lab, asked: Options, definition: StudyDefinition, folder: Path) -> Timed:
-    fewer = dataclasses.replace(definition, limit=min(asked.timed, asked.limit or asked.timed))
+    is_planar = definition.benchmark_directory == PLANAR
+    most = min(asked.timed, _PLANAR_TIMED) if is_planar else asked.timed
+    fewer = dataclasses.replace(definition, limit=min(most, asked.limit or most))
     cases = {(layout.name, str(scenario)): layout for scenario, layout in labelled_cases(fewer)}
     untimed, refused = _not_judged(folder, list(cases))
     for case in set().union(*refused.values()):

@@ -12,8 +12,8 @@ from steadyload.studies.kit import Lab, PublishedPage, Study, methods_option, op
 if TYPE_CHECKING:
     from steadyload.studies.evaluation.comparing import Found
 
-_PUBLISHED = "--directory lists --limit 300 --timed 20 --repeats 2"
-"""300 cases a scenario, as many as the paper has, of many item lists."""
+_PUBLISHED = "--directory lists --limit 300 --timed 300 --repeats 1"
+"""300 cases a scenario, as many as the paper has, of many item lists; all of them are timed."""
 
 
 class Evaluation(Study["Found"]):
@@ -50,7 +50,10 @@ class Evaluation(Study["Found"]):
     )  # fmt: skip
     limit: int | None = option(None, "only the first N cases a scenario", least=2)
     timed: int = option(
-        100, "cases a scenario that are timed, in one process (default: 100)", least=1
+        100,
+        "cases a scenario that are timed, in one process, at most 20 of the planar set "
+        "(default: 100)",
+        least=1,
     )
     repeats: int = option(3, "how often they are timed (default: 3)", least=1)
     rules: int = option(
