@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from steadyload.runs.costs import MARK
+
 ROOT = Path(__file__).parents[2]
 PAGES = ROOT / "reports" / "published"
 
@@ -80,6 +82,18 @@ def test_every_share_of_an_answer_has_its_interval_and_cases_and_every_time_its_
     assert re.search(r"\d", cases) or "known" in cases
     if re.search(r"\d\]? ms", stated):
         assert "CPU" in cases
+
+
+def test_no_time_of_the_readme_was_taken_on_a_busy_machine():
+    """Its first table has times of both pages; an answer has them where it states a clock."""
+    timed = {"evaluation", "evaluation_stands"}
+    for answer, cases in answers().values():
+        if "CPU" in answer + cases:
+            timed |= set(re.findall(r"reports/published/(\w+)/", answer))
+    assert len(timed) > 3
+    for name in timed:
+        for page in (PAGES / name).glob("report*.md"):
+            assert MARK not in page.read_text(), page
 
 
 def test_a_script_without_this_package_recomputes_ten_figures():
