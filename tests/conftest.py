@@ -98,7 +98,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         "--perturb", metavar="SEED",
         help="move every start of a simulation by up to 1e-7 of a box's lengths, by this seed",
     )  # fmt: skip
-    parser.addoption("--share", metavar="K/N", help="run the K-th of N shares of the files alone")
+    parser.addoption("--share", metavar="K/N", help="run the K-th of N shares of the tests alone")
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -131,20 +131,20 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     config.deep = _reasons(items, "deep")  # type: ignore[attr-defined]
     config.exact = _reasons(items, "exact")  # type: ignore[attr-defined]
     if config.option.share is not None:
-        shared = [(item, _is_in(item.path, config.option.share)) for item in items]
+        shared = [(item, _is_in(item.nodeid, config.option.share)) for item in items]
         items[:] = [item for item, is_in in shared if is_in]
         config.hook.pytest_deselected(items=[item for item, is_in in shared if not is_in])
 
 
-def _is_in(file: Path, share: str) -> bool:
-    """Whether a file is in a share, whatever other files there are."""
+def _is_in(test: str, share: str) -> bool:
+    """Whether a test is in a share, whatever other tests there are."""
     try:
         number, of = map(int, share.split("/"))
     except ValueError:
         number, of = 0, 0
     if not 1 <= number <= of:
         raise pytest.UsageError(f"--share is {share!r}; allowed: K/N, K from 1 to N, such as 2/5")
-    return crc32(f"{file.parent.name}/{file.name}".encode()) % of == number - 1
+    return crc32(test.encode()) % of == number - 1
 
 
 def _reasons(items: list[pytest.Item], name: str) -> dict[str, str]:

@@ -66,7 +66,7 @@ def test_a_strict_run_fails_by_a_skip_without_an_allowed_reason(
     result.stdout.fnmatch_lines([f"*{said.replace('[', '[[]')}"])
 
 
-def test_shares_of_the_files_are_apart_and_all_of_them(pytester):
+def test_shares_of_the_tests_are_apart_and_all_of_them(pytester):
     for name in ("conftest.py", "allowed_skips.toml"):
         shutil.copy(TESTS / name, pytester.path)
     names = [f"test_{k}" for k in range(12)]
