@@ -23,6 +23,7 @@ from steadyload.atomic import ChecksumError, manifest_text, verified_manifest, w
 from steadyload.config import bind, stated
 from steadyload.engines.world import BroadPhase
 from steadyload.escaping import shown
+from steadyload.layouts.model.question import with_question
 from steadyload.methods.contract.method import Effort
 from steadyload.methods.contract.spec import SpecError
 from steadyload.methods.registry import make_method
@@ -158,10 +159,10 @@ def calibrate(
     anchors = [space.spec(space.start)]
     if with_goal:
         anchors.insert(0, GOAL.format(engine=space.engine))
-    name = tuned_name(question_of(space.name))
-    before = tuned().get(name, {}).get(space.engine)
+    question = question_of(space.name)
+    before = tuned().get(tuned_name(question), {}).get(space.engine)
     if before is not None and before.made_by["space"] == space.name:
-        anchors.append(f"{TUNED}@{space.engine}{name.removeprefix(TUNED)}")
+        anchors.append(with_question(f"{TUNED}@{space.engine}", question))
     specs = list(anchors)
     for genotype in genotypes:
         with suppress(SpecError):
