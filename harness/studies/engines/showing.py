@@ -9,6 +9,7 @@ from steadyload.reports.columns import row
 from steadyload.runs.costs import CostKind, CostSource
 from steadyload.studies.engines.accuracy import Accuracy
 from steadyload.studies.engines.agreeing import Agreement, OptionEffect
+from steadyload.studies.engines.equal_searches import EqualSearches
 from steadyload.studies.engines.sources import ANSWERS, Source, SourceTable
 from steadyload.studies.engines.speed import Cost, Gain, SpeedCurve
 
@@ -24,6 +25,7 @@ class Found:
     rates: Sequence[Gain] = ()
     tables: Sequence[SourceTable] = ()
     accuracy: Accuracy | None = None
+    equal: EqualSearches | None = None
 
     @property
     def timed(self) -> str:
