@@ -58,9 +58,9 @@ class Found:
 
     @property
     def leading(self) -> list[SourceTable]:
-        """Those of designs that ask one question; else the first."""
+        """The first two of designs that ask one question; else the first."""
         alone = [table for table in self.sources if len(table.design.questions) == 1]
-        return alone or self.sources[:1]
+        return alone[:2] or self.sources[:1]
 
     @property
     def depends(self) -> bool:

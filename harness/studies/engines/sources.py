@@ -7,6 +7,7 @@ sets and questions, and the differences are put down to them
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
@@ -89,6 +90,7 @@ class Source:
     always: Estimate = column("the same on all cases %", percent)
     by_case: Estimate = column("from case to case %", percent)
     component: Estimate = column("variance component %", percent)
+    freedom: int = column("degrees of freedom", about="of a case")
 
     @property
     def title(self) -> str:
@@ -182,18 +184,20 @@ def table_of(judged: JudgedCases, design: Design, answer: str) -> SourceTable:
     assert kept.labels is not None, "the run is on a labelled set"
     counts = kept.labels["item_count"]
     numbers = ANSWERS[answer](kept.said[specs].to_numpy(float) / counts.to_numpy(float)[:, None])
+    levels = design.levels
     title = (
         f"{design.labelled_set} (n = {len(numbers)}): {', '.join(design.parameters)}; "
         f"{' and '.join(design.questions)}"
     )
-    shape = (len(numbers), *(len(own) for own in design.levels.values()))
+    shape = (len(numbers), *map(len, levels.values()))
     return SourceTable(
         design, answer, len(numbers), kept.clusters.nunique(), int((~whole).sum()),
         float((numbers != numbers[:, :1]).any(axis=1).mean()) if len(numbers) else 0.0,
         [
             Source(
-                title, own.factors, own.whole, own.always, own.by_case, own.component
+                title, own.factors, own.whole, own.always, own.by_case, own.component,
+                math.prod(len(levels[factor]) - 1 for factor in own.factors),
             )
-            for own in source_shares(numbers.reshape(shape), tuple(design.levels), kept.clusters)
+            for own in source_shares(numbers.reshape(shape), tuple(levels), kept.clusters)
         ],
     )  # fmt: skip
