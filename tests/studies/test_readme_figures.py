@@ -126,7 +126,7 @@ def test_a_script_without_this_package_recomputes_ten_figures():
             4,
             "our parameters {} % come with the parameters, {} % with the engine and {} % with both",
         ),
-        (2, "`ps_opt` and `label` alone {}, {} and {} %"),
+        (2, "`ps_opt-equal` and `label` alone {}, {} and {} %"),
     ):
         shares = found[f"parameters, engine, both; {sets} sets"].split(", ")
         assert words.format(*shares) in engines
