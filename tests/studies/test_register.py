@@ -12,7 +12,7 @@ from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.benchmark.parts import set_named
 from steadyload.learners.weights import load_weights, shipped_weights
 from steadyload.methods.contract.method import Status
-from steadyload.studies.published import ROWS
+from steadyload.studies.published import FOLDER, ROWS
 
 ROOT = Path(__file__).parents[2]
 LARGE = "benchmark"
@@ -77,8 +77,11 @@ def test_the_register_has_all_that_was_chosen_and_on_which_parts():
 
 
 def measured():
-    """Pages by labelled set, of test parts, as the manifests of their rows say."""
+    """Pages by labelled set, of test parts, as the manifests of their rows, or pages, say."""
     found = defaultdict(set)
+    for page in (ROOT / FOLDER).glob("*/report.md"):
+        for name in re.findall(r"of part `test` of the set `(\w+)`", page.read_text()):
+            found[name].add(page.parent.name)
     for file in (ROOT / ROWS).glob("*.tar.xz"):
         with tarfile.open(file) as archive:
             for member in archive:
