@@ -278,17 +278,6 @@ def test_presets_are_written_before_they_are_compared(tmp_path, monkeypatch):
     assert STUDY.remarks(FULL) == []
 
 
-def test_docs_give_the_start_of_searches_as_the_published_page_does():
-    published = (ROOT / "reports/published/tuning/report.md").read_text()
-    docs = (ROOT / "docs/tuning.md").read_text()
-    rows = re.findall(r"^\| start of the search @ (\w+) +\|(.*)", published, re.MULTILINE)
-    assert {engine for engine, _ in rows} == set(tuned()[TUNED])
-    for engine, row in rows:
-        accuracy = row.split("|")[1].split()[0]
-        if engine != "chipmunk":
-            assert re.search(rf"{accuracy} % \({engine}\)", docs, re.I)
-
-
 def test_times_and_factors_read_in_their_size():
     assert [duration(s) for s in (4.2, 99.0, 150.0, 5400.0, 90000.0)] == [
         "4.2 s", "99 s", "2.5 min", "90 min", "25 h",
