@@ -3,6 +3,7 @@
 import re
 import subprocess
 import sys
+from itertools import product
 from pathlib import Path
 
 import pytest
@@ -61,6 +62,26 @@ def answers():
     return {question: (answer, cases) for question, answer, cases in rows.values()}
 
 
+def test_layouts_of_real_size_are_as_on_their_page():
+    text = (PAGES / "evaluation_real" / "report.md").read_text()
+    _, within, stands = text.split("\n## Accuracy and cost")
+    readme = (ROOT / "README.md").read_text()
+    (header, _, *lines) = readme[readme.index("| question | method ") :].splitlines()[:6]
+    _, _, *sizes = (cell.strip() for cell in header.strip("|").split("|"))
+    titles = {"`ps_opt@rapier`": "PS_opt @ rapier", "`cascade@rapier`": "Cascade @ rapier"}
+    for line, (question, method) in zip(lines, product((within, stands), titles), strict=True):
+        asked, own, *cells = (cell.strip() for cell in line.strip("|").split("|"))
+        suffix = "" if question is within else " (question=stands)"
+        assert (asked, own) == ("*stands*" if suffix else "*within*", method)
+        title = titles[method] + suffix
+        bins, accuracies = table(question, "Accuracy in per cent, by boxes, all scenarios:")
+        for size, cell in zip(sizes, cells, strict=True):
+            boxes, cases = re.fullmatch(r"(.*) boxes \(n (\d+)\)", size).groups()
+            _, times = table(question, f"CPU time a layout of {boxes} boxes, n = {cases} cases:")
+            accuracy = accuracies[title][bins.index(f"{boxes} (n {cases})")]
+            assert cell == f"{accuracy} % in {times[title][1].split()[0]} ms"
+
+
 NUMBER = r"-?\d+(?:,\d{3})*(?:\.\d+)?"
 
 
@@ -89,8 +110,8 @@ def test_every_share_of_an_answer_has_its_interval_and_cases_and_every_time_its_
 
 
 def test_no_time_of_the_readme_was_taken_on_a_busy_machine():
-    """Its first table has times of both pages; an answer has them where it states a clock."""
-    timed = {"evaluation", "evaluation_stands"}
+    """Tables of cases have times of three pages; an answer has them where it states a clock."""
+    timed = {"evaluation", "evaluation_stands", "evaluation_real"}
     for answer, cases in answers().values():
         if "CPU" in answer + cases:
             timed |= set(re.findall(r"reports/published/(\w+)/", answer))
