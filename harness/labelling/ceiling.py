@@ -60,15 +60,24 @@ class CeilingRow:
 
 
 @row
+class FurtherJudge:
+    """A further method: the share of all cases on which it names the step of the label."""
+
+    reason: str = column("what differs")
+    judge: str = column()
+    same: Estimate = column("same step %", percent)
+
+
+@row
 class Ceiling:
     """Ceiling of the labels.
 
-    ``by_group``: by group, a row a set of changes, from the narrowest to the widest. ``engines``:
-    other simulators under the same criterion, on all cases.
+    ``by_group``: by group, a row a set of changes, from the narrowest to the widest. ``judges``:
+    every further method, on all cases.
     """
 
     by_group: Mapping[str, tuple[CeilingRow, ...]]
-    engines: tuple[CeilingRow, ...]
+    judges: tuple[FurtherJudge, ...]
 
     @property
     def rows(self) -> list[CeilingRow]:
@@ -127,10 +136,11 @@ def label_ceiling(labels: pd.DataFrame, opinions: pd.DataFrame) -> Ceiling | Non
             for group, here in masks.items()
             if group == ALL or len(scenarios) > 1
         },
-        engines=tuple(
-            CeilingRow(judge, 1, accuracy_of(table[reason, judge], labels), None, None)
-            for reason, judge in table.columns
-            if reason == str(Reason.ENGINE)
+        judges=tuple(
+            FurtherJudge(reason, judge, accuracy_of(table[reason, judge], labels))
+            for own in Reason
+            for reason, judge in sorted(table.columns)
+            if reason == str(own)
         ),
     )
 
