@@ -60,11 +60,11 @@ class CeilingRow:
 
 
 @row
-class FurtherJudge:
+class FurtherMethod:
     """A further method: the share of all cases on which it names the step of the label."""
 
     reason: str = column("what differs")
-    judge: str = column()
+    method: str = column()
     same: Estimate = column("same step %", percent)
 
 
@@ -72,12 +72,12 @@ class FurtherJudge:
 class Ceiling:
     """Ceiling of the labels.
 
-    ``by_group``: by group, a row a set of changes, from the narrowest to the widest. ``judges``:
+    ``by_group``: by group, a row a set of changes, from the narrowest to the widest. ``methods``:
     every further method, on all cases.
     """
 
     by_group: Mapping[str, tuple[CeilingRow, ...]]
-    judges: tuple[FurtherJudge, ...]
+    methods: tuple[FurtherMethod, ...]
 
     @property
     def rows(self) -> list[CeilingRow]:
@@ -136,8 +136,8 @@ def label_ceiling(labels: pd.DataFrame, opinions: pd.DataFrame) -> Ceiling | Non
             for group, here in masks.items()
             if group == ALL or len(scenarios) > 1
         },
-        judges=tuple(
-            FurtherJudge(reason, judge, accuracy_of(table[reason, judge], labels))
+        methods=tuple(
+            FurtherMethod(reason, judge, accuracy_of(table[reason, judge], labels))
             for own in Reason
             for reason, judge in sorted(table.columns)
             if reason == str(own)

@@ -83,14 +83,14 @@ def test_the_order_of_cases_means_nothing(judged):
 def test_every_further_method_has_its_share_and_engines_are_no_part_of_the_ensemble(judged):
     labels, opinions = judged
     ceiling = label_ceiling(labels, opinions)
-    pairs = {(row.reason, row.judge) for row in ceiling.judges}
+    pairs = {(row.reason, row.method) for row in ceiling.methods}
     assert pairs == set(zip(opinions["reason"], opinions["judge"], strict=True))
     own = opinions.set_index(KEYS).loc[labels.index]
     step = own["failing_step"].fillna(-1).astype(int)
     truth = labels["failing_step"].fillna(-1).astype(int).reindex(own.index)
     same = (step == truth) & (own["status"] == "done")
-    for row in ceiling.judges:
-        assert row.same.value == pytest.approx(same[own["judge"] == row.judge].mean())
+    for row in ceiling.methods:
+        assert row.same.value == pytest.approx(same[own["judge"] == row.method].mean())
     without = opinions[opinions["reason"] != "engine"]
     assert label_ceiling(labels, without).by_group == ceiling.by_group
 
