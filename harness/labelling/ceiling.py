@@ -47,16 +47,16 @@ class CeilingRow:
 
     ``judges``: number of further verdicts on a case, besides the label. ``label``: agreement of
     each of them with the label. ``twin``: of two of all verdicts, drawn at random. ``plurality``:
-    of one of all verdicts, drawn at random, with the most frequent of the others. The last two are
-    None where there is no ensemble. ``answers``: of all groups, for a table.
+    of one of all verdicts, drawn at random, with the most frequent of the others. ``answers``: the
+    last two for every group of cases, by heading of a table.
     """
 
     name: str = column("what changes")
     judges: int = column("further answers")
     label: Estimate = column("accuracy %", percent)
-    twin: Estimate | None
-    plurality: Estimate | None
-    answers: Mapping[str, Estimate | None] = column("{} %", percent, default_factory=dict)
+    twin: Estimate
+    plurality: Estimate
+    answers: Mapping[str, Estimate] = column("{} %", percent, default_factory=dict)
 
 
 @row
@@ -72,8 +72,9 @@ class FurtherMethod:
 class Ceiling:
     """Ceiling of the labels.
 
-    ``by_group``: by group, a row a set of changes, from the narrowest to the widest. ``methods``:
-    every further method, on all cases.
+    ``by_group``: all cases and, where there are several, every scenario; of each a row for every
+    set of changes in :data:`WIDENING`, in its order. ``methods``: every further method, on all
+    cases.
     """
 
     by_group: Mapping[str, tuple[CeilingRow, ...]]
