@@ -16,7 +16,7 @@ class Sensitivity(Study["Rankings"]):
     question = "Which conclusions survive another time, threshold or point that is measured?"
     about = "accuracy and rank of every method over the rule by which a loading fails"
     workers = 0
-    pages = (PublishedPage("sensitivity", "--limit 100"),)
+    pages = (PublishedPage("sensitivity", "--directory lists --limit 100"),)
 
     methods: tuple[str, ...] = methods_option(
         "may be repeated (default: the paper's methods, and the best of ours)"

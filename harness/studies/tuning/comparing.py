@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from steadyload.engines.registry import capabilities
 from steadyload.layouts.benchmark import load_benchmark
-from steadyload.layouts.benchmark.parts import PLANAR, Part
+from steadyload.layouts.benchmark.parts import LISTS, PLANAR, Part
 from steadyload.layouts.model.question import Question
 from steadyload.methods.contract.spec import as_plain, bind
 from steadyload.methods.naming import MethodKey
@@ -64,8 +64,8 @@ _PHYSICAL = {
 def compare(lab: Lab, searches: Iterable[Search], limit: int | None = None) -> Found:
     """Compare the tuned presets with others on the test part, and measure the gain of each part.
 
-    2-D engines are judged on the planar set, on which the others are judged, too, where parameters
-    are transferred.
+    The cases are those of many item lists; 2-D engines are judged on the planar set, on which the
+    others are judged, too, where parameters are transferred.
 
     Args:
         lab: where it runs; an interrupted study is resumed.
@@ -92,7 +92,9 @@ def compare(lab: Lab, searches: Iterable[Search], limit: int | None = None) -> F
     plans = {engine: _Plan(engine, own) for engine, own in by_engine.items()}
     sets: dict[str, list[str]] = {}
     for engine in plans:
-        sets.setdefault(PLANAR if capabilities(engine).dimensions == 2 else "", []).append(engine)
+        sets.setdefault(PLANAR if capabilities(engine).dimensions == 2 else LISTS, []).append(
+            engine
+        )
     rows: dict[str, list[Any]] = defaultdict(list)
     parts, costs = [], ""
     for name, engines in sorted(sets.items()):
@@ -102,8 +104,8 @@ def compare(lab: Lab, searches: Iterable[Search], limit: int | None = None) -> F
         specs = [spec for engine in engines for spec in plans[engine].specs]
         found = lab.judge(
             list(dict.fromkeys([*specs, *(spec for spec, _ in pairs.values())])),
-            Cases(load_benchmark(name or None), Part.TEST, limit=limit),
-            folder=name or "shipped",
+            Cases(load_benchmark(name), Part.TEST, limit=limit),
+            folder=name,
             name="tuning",
             shard_size=_SHARD_SIZE,
         )
@@ -112,7 +114,7 @@ def compare(lab: Lab, searches: Iterable[Search], limit: int | None = None) -> F
             Carried(a, b, found.row(spec, against=pairs[b, b][0]), ignored)
             for (a, b), (spec, ignored) in pairs.items()
         ]
-        parts.append(OnPart(f"{Part.TEST}, {name}".rstrip(", "), tested, carried))
+        parts.append(OnPart(f"{Part.TEST}, {name}", tested, carried))
         for engine in engines:
             for field, own in plans[engine].rows(found).items():
                 rows[field] += own
