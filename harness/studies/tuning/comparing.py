@@ -61,6 +61,10 @@ _PHYSICAL = {
 """Parameters that get the values of the simulation that makes the labels, by name of the change."""
 
 
+_BY_HAND = {"eps_t": 10, "eps_r": 10, "frequency": 100, "linear_damping": 0.01}
+"""A point of the paper's own space near the label's thresholds, which short searches miss."""
+
+
 def compare(lab: Lab, searches: Iterable[Search], limit: int | None = None) -> Found:
     """Compare the tuned presets with others on the test part, and measure the gain of each part.
 
@@ -237,6 +241,8 @@ def _steps(engine: str, searches: Sequence[Search], finder: Search) -> dict[str,
     best = next((search for search in searches if search.options.space == PAPERS), None)
     if best is not None:
         steps[f"its protocol, {_effort(best)}"] = papers.spec(best.fittest().genotype)
+    changes = ",".join(f"{name}={value}" for name, value in _BY_HAND.items())
+    steps[f"its protocol, {changes} set by hand"] = f"ps_opt-paper@{engine}:{changes}"
     steps["the label's protocol, nothing searched"] = finder.space.spec(finder.space.start)
     steps[f"that protocol and how the engine is used, {_effort(finder)}"] = f"{TUNED}@{engine}"
     return {title: _spec(spec) for title, spec in steps.items()}
