@@ -284,6 +284,19 @@ def difference(first: ArrayLike, second: ArrayLike, clusters: Labels) -> Estimat
     return mean(one.mean(axis=0) - other.mean(axis=0), clusters)
 
 
+def shown_under_each(differences: Iterable[Estimate], clusters: int) -> float:
+    """The true difference that a set shows under each of several rules.
+
+    Args:
+        differences: between two methods, by each rule.
+        clusters: number of item lists.
+
+    Returns:
+        That of the widest interval, see :func:`steadyload.statistics.paired.detectable`.
+    """
+    return max(detectable(each, clusters) for each in differences)
+
+
 def compared(judged: JudgedCases) -> Compared[MethodKey]:
     """The methods of a run on a labelled set: right are those whose failing step is the label's."""
     labels = judged.labels

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from steadyload.studies.kit import Lab, PublishedPage, Study, methods_option, option, set_option
 
 if TYPE_CHECKING:
-    from steadyload.studies.rankings import Rankings
+    from steadyload.studies.sensitivity.ranking import Rankings
 
 
 class Sensitivity(Study["Rankings"]):
@@ -26,6 +26,6 @@ class Sensitivity(Study["Rankings"]):
 
     def run(self, lab: Lab) -> Rankings:
         """Accuracy of methods by every rule, with their own parameters and with the rule's."""
-        from steadyload.studies.rankings import ranked
+        from steadyload.studies.sensitivity.ranking import ranked
 
         return ranked(lab, self.methods, self.limit, self.directory)
