@@ -20,6 +20,7 @@ from steadyload.runs.evaluation import Evaluation
 from steadyload.runs.labels import Cases
 from steadyload.runs.provenance import provenance_lines
 from steadyload.studies.kit import Lab
+from steadyload.studies.tuning.gains import search_gains
 from steadyload.studies.tuning.presets import (
     BUDGETS,
     START,
@@ -60,12 +61,13 @@ _PHYSICAL = {
 }
 """Parameters that get the values of the simulation that makes the labels, by name of the change."""
 
-
 _BY_HAND = {"eps_t": 10, "eps_r": 10, "frequency": 100, "linear_damping": 0.01}
 """A point of the paper's own space near the label's thresholds, which short searches miss."""
 
 
-def compare(lab: Lab, searches: Iterable[Search], limit: int | None = None) -> Found:
+def compare(
+    lab: Lab, searches: Iterable[Search], limit: int | None = None, gains: int = 0
+) -> Found:
     """Compare the tuned presets with others on the test part, and measure the gain of each part.
 
     The cases are those of many item lists; 2-D engines are judged on the planar set, on which the
@@ -76,6 +78,8 @@ def compare(lab: Lab, searches: Iterable[Search], limit: int | None = None) -> F
         searches: finished ones, which gave the presets, fronts and seeds; those for another
             question than that of the label are left out.
         limit: largest number of cases a scenario; None for all.
+        gains: cases a scenario on which presets of both questions are compared with the starts of
+            their searches; 0 for none.
 
     Raises:
         TuningError: all searches are for another question than that of the label, none of the
@@ -129,6 +133,7 @@ def compare(lab: Lab, searches: Iterable[Search], limit: int | None = None) -> F
         **of_searches(list(dict.fromkeys(ordered))),
         **rows,
         parts=parts,
+        gains=search_gains(lab, sets.get(LISTS, ()), gains) if gains else (),
         costs_explained=costs,
         made_with=provenance_lines(),
     )
