@@ -8,6 +8,7 @@ from steadyload.layouts.benchmark.parts import LISTS
 from steadyload.layouts.model.question import Question, with_question
 from steadyload.methods.registry import make_method
 from steadyload.methods.tuned import tuned, tuned_name
+from steadyload.statistics.paired import detectable
 from steadyload.studies.kit import Lab
 from steadyload.studies.tuning.gains import search_gains
 from steadyload.tuning.space import space_on
@@ -45,3 +46,5 @@ def test_the_gain_is_what_the_preset_has_right_more_often(found, engine, questio
     assert own.n == len(chosen) == 9
     assert (own.start.value, own.found.value) == (pytest.approx(start), pytest.approx(after))
     assert own.gain.value == pytest.approx(after - start)
+    lists = chosen["instance"].nunique()
+    assert own.shown == detectable(own.gain, lists)

@@ -9,7 +9,8 @@ from steadyload.layouts.benchmark.parts import LISTS, Part
 from steadyload.layouts.model.question import Question, with_question
 from steadyload.methods.registry import make_method
 from steadyload.methods.tuned import TUNED, tuned, tuned_name
-from steadyload.reports.columns import column, percent, row
+from steadyload.reports.columns import column, percent, plain_percent, row
+from steadyload.runs.comparison import least_shown
 from steadyload.runs.labels import Cases
 from steadyload.statistics.estimate import Estimate
 from steadyload.studies.kit import Lab
@@ -28,6 +29,9 @@ class SearchGain:
     start: Estimate = column("start of the search %", percent)
     found: Estimate = column("ps_opt %", percent)
     gain: Estimate = column("gain (points)", percent)
+    shown: float = column(
+        "shown", plain_percent, "least gain that these cases show with a probability of 80 %"
+    )
 
 
 def search_gains(lab: Lab, engines: Iterable[str], limit: int) -> list[SearchGain]:
@@ -58,7 +62,8 @@ def search_gains(lab: Lab, engines: Iterable[str], limit: int) -> list[SearchGai
             for engine, (start, own) in specs.items():
                 before, after = found.row(start).accuracy, found.row(own).accuracy
                 gain = found.difference(own, start)
-                gains.append(SearchGain(question, engine, after.n, before, after, gain))
+                least = least_shown(gain, found.judged.clusters.nunique())
+                gains.append(SearchGain(question, engine, after.n, before, after, gain, least))
     return gains
 
 
