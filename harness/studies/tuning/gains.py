@@ -1,4 +1,4 @@
-"""What searches add to the parameters that they begin with, on cases on which nothing was tuned."""
+"""Accuracy that searches add to the parameters that they begin with, on cases unseen by them."""
 
 from __future__ import annotations
 
