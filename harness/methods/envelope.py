@@ -146,14 +146,13 @@ def extent(layout: Layout) -> Extent:
     above, below = np.nonzero(contacts.carries.T)
     rising = np.argsort(base[above], kind="stable")
     above, below = above[rising], below[rising]
-    ratios = weights[above] / weights[below]
     sides = contacts.corners_high[below, above] - contacts.corners_low[below, above]
     pairs = list(zip(above.tolist(), below.tolist(), strict=True))
     return replace(
         farthest(layout),
         height=_longest_chain(len(layout), pairs),
-        heavy_on_light=float(ratios.max(initial=1.0)),
-        light_on_heavy=float((1.0 / ratios).max(initial=1.0)),
+        heavy_on_light=float((weights[above] / weights[below]).max(initial=1.0)),
+        light_on_heavy=float((weights[below] / weights[above]).max(initial=1.0)),
         load=float((_loads(weights, pairs, sides[:, 0] * sides[:, 1]) / weights).max()),
     )
 

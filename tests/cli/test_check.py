@@ -22,6 +22,7 @@ from steadyload.layouts.benchmark.parts import REAL
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.model.layout import Item, Layout, Pallet
 from steadyload.methods.contract.method import Status, Verdict
+from steadyload.methods import registry
 from steadyload.methods.registry import make_method
 from steadyload.runs.scoring import read_entries
 from steadyload.transport.rules import Rule
@@ -599,6 +600,7 @@ def test_the_default_method_is_made_once_and_one_that_is_named_every_time(monkey
         made.append(spec)
         return make_method(spec)
 
+    monkeypatch.setattr(registry, "make_method", counted)
     monkeypatch.setattr(checking, "make_method", counted)
     checking._default.cache_clear()
     for _ in range(3):

@@ -6,7 +6,7 @@ import shutil
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from steadyload.cli import main
@@ -360,6 +360,7 @@ def test_extents_agree_with_a_slow_count():
 
 @settings(max_examples=60)
 @given(st.integers(0, 2**32 - 1), st.sampled_from(["bullet", "dart", "mujoco"]))
+@example(56085, "bullet")  # the inverse of a rounded ratio was farther by a rounding
 def test_no_extent_is_farther_than_the_farthest(seed, engine):
     """So that contacts are looked for where that exceeds an envelope, and nowhere else."""
     held, scale = envelope(engine, 240), np.random.default_rng(seed).uniform(-3.0, 3.0, 40)

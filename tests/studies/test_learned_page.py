@@ -57,7 +57,10 @@ PAPER = dict(zip(GROUPS, (0.836, 0.987, 0.78, 0.74), strict=True))
 RULE = method("SME", 0.8, ahead=about(0.05))
 COSTS = CostSource(CostKind.TIMED, 300, 3.0).explained()
 HELD = {g: judged(method("LSTM_e", OWN[g]), PAPER[g], 64) for g in GROUPS}
-TABLE = Table(HELD["all"].found.method, HELD, {g: [judged(RULE), HELD[g]] for g in GROUPS}, COSTS)
+TABLE = Table(
+    "lists", "test", 300, 90, HELD["all"].found.method, HELD,
+    {g: [judged(RULE), HELD[g]] for g in GROUPS}, COSTS,
+)  # fmt: skip
 PLAIN = trained("plain", (0.80, 0.95, 0.75, 0.70))
 SUPPORT = trained("support", (0.90, 0.97, 0.88, 0.85), difference=(0.10, 0.02, 0.13, 0.15))
 TURNED = trained("turned", (0.81, 0.95, 0.76, 0.72), difference=(0.01, 0.0, 0.01, 0.02))
@@ -116,7 +119,7 @@ def test_a_page_shows_its_records(tmp_path):
     page = study.page(FOUND)
     whole = write_page(page, tmp_path).read_text()
     whole += next(tmp_path.glob("report-details.*.md")).read_text()
-    assert len(page.sections) == len(list((tmp_path / "figures").iterdir())) + 4 == 9
+    assert len(page.sections) == len(list((tmp_path / "figures").iterdir())) + 5 == 10
     for said in (
         "LSTM_e is right on 85.0 [83.0, 87.0] % of 900 cases",
         "S1 98.0 % and 98.7 % (lower, but the interval contains it);",
@@ -136,7 +139,10 @@ def test_a_page_shows_its_records(tmp_path):
         "90.0 % without the tenth",
         "4 to 1305", "31", "refuses 90.0 [88.0, 92.0] % of 40 layouts.",
         "0123456789ab", "feedbeef", "- plain: `steadyload train --option seed=7`",
-        "No training learnt from these item lists or was stopped by its accuracy on them, but for",
+        "judge 300 cases of part `test` of the set `lists`, packed from 90 item lists.",
+        "No training learnt from the item lists of any test part or was stopped by its accuracy on "
+        "them, but for",
+        "Trainings judge part `test` of the large set of the package: 900 cases",
     ):  # fmt: skip
         assert said in whole, said
     # What was not run is not on the page.
