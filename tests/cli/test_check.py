@@ -21,8 +21,8 @@ from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.benchmark.parts import REAL
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.model.layout import Item, Layout, Pallet
-from steadyload.methods.contract.method import Status, Verdict
 from steadyload.methods import registry
+from steadyload.methods.contract.method import Status, Verdict
 from steadyload.methods.registry import make_method
 from steadyload.runs.scoring import read_entries
 from steadyload.transport.rules import Rule

@@ -148,5 +148,5 @@ def test_a_page_shows_its_records(tmp_path):
     # What was not run is not on the page.
     few = study.page(Found("validation", 900, 15, GROUPS[1:]))
     assert [section.title for section in few.sections] == ["How to read this page"]
-    assert "accuracies are too high" in few.summary
+    assert "accuracies on it are too high" in few.summary
     assert "No training" not in few.summary
