@@ -89,7 +89,7 @@ class Preset:
         there = f"was tuned for {', '.join(self.by_engine or ()) or 'no engine yet'}"
         if engine is not None and capabilities(engine).error_controlled:
             return f"{engine} chooses its own steps, there is nothing to tune; {self.name} {there}"
-        options = f"--engine {engine or 'NAME'} --budget 20m --preset {self.name}"
+        options = f"--engine {engine or 'NAME'} {ABOUT[self.name].search} --preset {self.name}"
         return f"{self.name} {there}; to tune it run steadyload tune {options} --write-preset"
 
 
@@ -114,10 +114,10 @@ def _tuned() -> dict[str, Preset]:
     }
     return {
         name: Preset(
-            name, "simulation", title, source, {}, found[name],
+            name, "simulation", about.title, about.source, {}, found[name],
             {str(q): found.get(tuned_name(q, name), {}) for q in Question}, tuple(Question),
         )
-        for name, (title, source) in ABOUT.items()
+        for name, about in ABOUT.items()
     }  # fmt: skip
 
 

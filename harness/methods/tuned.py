@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from steadyload.atomic import write_atomically
 from steadyload.engines.registry import engines_here
@@ -25,11 +25,23 @@ TUNED, EQUAL = "ps_opt", "ps_opt-equal"
 differ in their engine alone, for comparisons of engines. Both exist before anything was tuned, and
 then on no engine."""
 
-ABOUT: Mapping[str, tuple[str, str]] = {
-    TUNED: ("PS_opt", "searches on labelled layouts, an engine each"),
-    EQUAL: ("PS_opt, equal searches", "searches that differ in their engine alone"),
-}
-"""Title and source of the tuned presets, by name."""
+
+class About(NamedTuple):
+    """A tuned preset: its title, where it comes from, and how far ``tune`` searches for it."""
+
+    title: str
+    source: str
+    search: str
+
+
+ABOUT: Mapping[str, About] = {
+    TUNED: About("PS_opt", "searches on labelled layouts, an engine each", "--budget 20m"),
+    EQUAL: About(
+        "PS_opt, equal searches", "searches that differ in their engine alone",
+        "--population 24 --generations 5",
+    ),
+}  # fmt: skip
+"""The tuned presets by name."""
 
 FILE = own_file("steadyload.methods", "tuned.json")
 """Where searches write to, and presets are read from."""

@@ -19,6 +19,7 @@ from steadyload.runs.failure_rules import LIMITS, RULES, TIMES, USUAL, Rule
 from steadyload.runs.judged import JudgedCases, manifest_lines
 from steadyload.runs.labels import Cases
 from steadyload.statistics.estimate import Estimate
+from steadyload.statistics.paired import detectable
 from steadyload.studies.kit import Lab
 
 METHODS = (
@@ -111,6 +112,11 @@ class Claim:
     )
     least: Estimate = column("least difference", percent)
     greatest: Estimate = column("greatest", percent)
+    shown: float = column(
+        "shown", plain_percent,
+        "least difference that these cases show with a probability of 80 %, under the rule with "
+        "the widest interval",
+    )  # fmt: skip
 
 
 class Ranks(NamedTuple):
@@ -200,6 +206,11 @@ class Rankings:
         return [claim for claim in self.claims if claim.knowledge is Knowledge.TOLD]
 
     @property
+    def shown(self) -> list[float]:
+        """Least differences that the cases show, of all conclusions, in order."""
+        return sorted(claim.shown for claim in self.claims)
+
+    @property
     def survivors(self) -> tuple[list[Claim], list[Claim]]:
         """Those that hold under all rules, told or not, and those that do only where told."""
         loose = {claim.text for claim in self.standing if claim.fate is Fate.SURVIVES}
@@ -266,7 +277,9 @@ def ranked(lab: Lab, methods: Sequence[str], limit: int | None, directory: str =
     )
 
 
-def claim(text: str, knowledge: Knowledge, differences: Mapping[str, Estimate]) -> Claim:
+def claim(
+    text: str, knowledge: Knowledge, differences: Mapping[str, Estimate], item_lists: int
+) -> Claim:
     """A conclusion, of the difference in accuracy by short name of the rule."""
     holds = [rule for rule, own in differences.items() if own.low > 0.0]
     turned = [rule for rule, own in differences.items() if own.high < 0.0]
@@ -280,6 +293,7 @@ def claim(text: str, knowledge: Knowledge, differences: Mapping[str, Estimate]) 
         turned=turned,
         least=ordered[0],
         greatest=ordered[-1],
+        shown=max(detectable(own, item_lists) for own in ordered),
     )
 
 
@@ -295,7 +309,7 @@ def _claims(
                     differences[rule.short] = difference(
                         own.right[one], own.right[other], own.clusters
                     )
-                yield claim(text, knowledge, differences)
+                yield claim(text, knowledge, differences, judged.clusters.nunique())
 
 
 def _known(spec: str, rule: Rule, knowledge: Knowledge) -> str:

@@ -7,6 +7,7 @@ from steadyload.reports.table import percent
 from steadyload.statistics.estimate import Estimate
 from steadyload.studies.engines.accuracy import ALL, Accuracy, Group
 from steadyload.studies.engines.agreeing import FREQUENCIES, Agreement, OptionEffect, Pair, Untuned
+from steadyload.studies.engines.equal_searches import EquallySearched, EqualSearches
 from steadyload.studies.engines.showing import Found
 from steadyload.studies.engines.sources import ANSWERS, Design, Source, SourceTable
 from steadyload.studies.engines.speed import Gain, SpeedCurve, SpeedPoint, Throughput
@@ -23,7 +24,7 @@ def about(value):
 
 def made_up(parameters, shares, questions=(Question.WITHIN,), answer=PLACED):
     factors = [("engine",), ("parameters",), ("engine", "parameters")]
-    found = [Source("", f, *4 * [about(v)]) for f, v in zip(factors, shares, strict=True)]
+    found = [Source("", f, *4 * [about(v)], 4) for f, v in zip(factors, shares, strict=True)]
     return SourceTable(
         Design("lists", parameters, questions), answer, 299, 50, 1, 0.5, tuple(found)
     )
@@ -77,7 +78,14 @@ def test_the_page_shows_every_part(assert_shown):
         curves=[SpeedCurve("bullet", "pile", "all", points, 1.2)],
         rates=[Gain(Throughput("bullet", 60, 10.0, 18.0), 1.8)],
         tables=[FOUR, TWO, ASKED_BOTH],
-    )
+        equal=EqualSearches(
+            [
+                EquallySearched("bullet", 115, 900, 0.97, about(0.93), about(0.05), about(-0.01)),
+                EquallySearched("dart", 120, 900, 0.98, about(0.98), None, about(0.0)),
+            ],
+            300, 50,
+        ),
+    )  # fmt: skip
     assert [cost.own for cost in everything.costs] == [pytest.approx(110.0), None]
     assert [cost.share for cost in everything.costs] == pytest.approx([50.0, 60.0])
     whole = [share.whole for table in (FOUR, TWO) for share in table.shares]
@@ -87,6 +95,7 @@ def test_the_page_shows_every_part(assert_shown):
         answer=[*map(percent, whole), percent(about(0.7)), percent(about(0.9)), 240, 50],
         tables=[
             *(table.shares for table in everything.tables),
+            everything.equal.engines,
             *groups.values(),
             *(agreement.pairs, agreement.engines, agreement.engines),
             *(

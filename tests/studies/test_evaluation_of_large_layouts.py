@@ -278,7 +278,7 @@ def test_the_page_answers_first(study, found, tmp_path):
     assert "FBS: 75.0 [" in first
     for of in found.sets:
         names = ", ".join(pair.first.title for pair in of.alike.tests)
-        shown = "; the set shows differences of " if of.alike.shown else "."
+        shown = "; differences of less than " if of.alike.shown else "."
         assert f"Not significantly different from it: {names or '-'}{shown}" in text
         [span] = of.spans
         assert span.best.method == of.best.method

@@ -12,10 +12,12 @@ from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.benchmark.parts import set_named
 from steadyload.learners.weights import load_weights, shipped_weights
 from steadyload.methods.contract.method import Status
-from steadyload.studies.published import ROWS
+from steadyload.studies.published import FOLDER, ROWS
 
 ROOT = Path(__file__).parents[2]
 LARGE = "benchmark"
+OWN = "replication"
+"""The page that packs and labels a set of its own."""
 
 
 def rows(heading):
@@ -77,25 +79,37 @@ def test_the_register_has_all_that_was_chosen_and_on_which_parts():
 
 
 def measured():
-    """Pages by labelled set, of test parts, as the manifests of their rows say."""
-    found = defaultdict(set)
+    """Pages with the day of their last rows, by labelled set, of test parts: as the manifests of
+    their rows say, or the page.
+    """
+    found = defaultdict(lambda: defaultdict(str))
+    for page in (ROOT / FOLDER).glob("*/report.md"):
+        text = page.read_text()
+        begun = re.search(r"^- started: (\S+?)T", text, re.MULTILINE)
+        for name in re.findall(r"part `?test`? of the set `(\w+)`", text):
+            found[name][page.parent.name] = begun[1] if begun else ""
     for file in (ROOT / ROWS).glob("*.tar.xz"):
         with tarfile.open(file) as archive:
             for member in archive:
                 if Path(member.name).name == "manifest.json":
-                    about = json.load(archive.extractfile(member)).get("labels") or {}
+                    manifest = json.load(archive.extractfile(member))
+                    about = manifest.get("labels") or {}
                     if about.get("part") == "test":
-                        found[about.get("set", LARGE)].add(file.name.partition(".")[0])
-    return dict(found)
+                        pages, page = found[about.get("set", LARGE)], file.name.partition(".")[0]
+                        pages[page] = max(pages[page], manifest["started"].partition("T")[0])
+    return found
 
 
 def test_the_register_has_every_page_that_measures_on_a_test_part():
-    own = {"replication"}  # it packs and labels a set of its own
     said = {
         what.split()[0].strip("`"): pages.split(", ")
         for what, _, pages in rows("What was measured")
     }
-    assert said == {name: sorted(pages - own) for name, pages in measured().items()}
+    found = {
+        name: [f"{page} {day}".strip() for page, day in sorted(pages.items()) if page != OWN]
+        for name, pages in measured().items()
+    }
+    assert said == found
 
 
 @pytest.mark.parametrize("line", rows("What was measured"), ids=lambda line: line[0])

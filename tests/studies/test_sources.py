@@ -49,5 +49,6 @@ def test_all_of_the_differences_are_shared_out(found):
         assert [share.factors for share in table.shares] == [
             ("engine",), ("question",), ("engine", "question")
         ]  # fmt: skip
+        assert [share.freedom for share in table.shares] == [1, 1, 1]
         if table.differing:
             assert sum(share.whole.value for share in table.shares) == pytest.approx(1.0)

@@ -58,6 +58,7 @@ def presets_file(tmp_path, monkeypatch):
     ("spec", "message"),
     [
         ("ps_opt@mujoco", "no engine yet; to tune it run steadyload tune --engine mujoco"),
+        ("ps_opt-equal@dart", "dart --population 24 --generations 5 --preset ps_opt-equal --write"),
         ("ps_opt@reference", "reference chooses its own steps, there is nothing to tune"),
         ("ps_opt", "ps_opt needs an engine, for example ps_opt@mujoco"),
         ("ps_opt@mojuco", "unknown engine 'mojuco'; did you mean 'mujoco'?"),

@@ -9,6 +9,7 @@ from steadyload.reports.columns import row
 from steadyload.runs.costs import CostKind, CostSource
 from steadyload.studies.engines.accuracy import Accuracy
 from steadyload.studies.engines.agreeing import Agreement, OptionEffect
+from steadyload.studies.engines.equal_searches import EqualSearches
 from steadyload.studies.engines.sources import ANSWERS, Source, SourceTable
 from steadyload.studies.engines.speed import Cost, Gain, SpeedCurve
 
@@ -24,6 +25,7 @@ class Found:
     rates: Sequence[Gain] = ()
     tables: Sequence[SourceTable] = ()
     accuracy: Accuracy | None = None
+    equal: EqualSearches | None = None
 
     @property
     def timed(self) -> str:
@@ -56,9 +58,9 @@ class Found:
 
     @property
     def leading(self) -> list[SourceTable]:
-        """Those of designs that ask one question; else the first."""
+        """The first two of designs that ask one question; else the first."""
         alone = [table for table in self.sources if len(table.design.questions) == 1]
-        return alone or self.sources[:1]
+        return alone[:2] or self.sources[:1]
 
     @property
     def depends(self) -> bool:

@@ -7,6 +7,7 @@ sets and questions, and the differences are put down to them
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
@@ -18,8 +19,9 @@ from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.benchmark.parts import LISTS, REAL, Part, set_named
 from steadyload.layouts.model.question import Question, with_question
 from steadyload.methods.registry import make_method
-from steadyload.methods.tuned import TUNED, tuned_engines
+from steadyload.methods.tuned import EQUAL, TUNED, tuned_engines
 from steadyload.reports.columns import column, percent, row
+from steadyload.runs.evaluation import Evaluation
 from steadyload.runs.judged import JudgedCases
 from steadyload.runs.labels import Cases
 from steadyload.statistics.estimate import Estimate
@@ -59,14 +61,16 @@ class Design:
 
 
 DESIGNS = (
-    Design(LISTS, ("ps3-literal", "ps_opt-paper", TUNED, "label"), (Question.WITHIN,)),
+    Design(LISTS, ("ps3-literal", "ps_opt-paper", EQUAL, "label"), (Question.WITHIN,)),
+    Design(LISTS, (EQUAL, "label"), (Question.WITHIN,)),
     Design(LISTS, (TUNED, "label"), (Question.WITHIN,)),
     Design(LISTS, (TUNED, "label"), (Question.WITHIN, Question.STANDS)),
     Design(REAL, (TUNED,), (Question.WITHIN, Question.STANDS)),
 )
 """The first is of all parameter sets, of which two stop at other times and thresholds than the
-label; the second of those that follow the label. On real pallets only the tuned parameters: others
-take DART minutes a pallet."""
+label; the second of those that follow the label; the third shows how much depends on the searches,
+by parameters whose searches differed from engine to engine. On real pallets only the tuned
+parameters: others take DART minutes a pallet."""
 
 ANSWERS: Mapping[str, Callable[[NDArray[np.float64]], NDArray[np.float64]]] = {
     "share of items placed": lambda placed: placed,
@@ -86,6 +90,7 @@ class Source:
     always: Estimate = column("the same on all cases %", percent)
     by_case: Estimate = column("from case to case %", percent)
     component: Estimate = column("variance component %", percent)
+    freedom: int = column("degrees of freedom", about="of a case")
 
     @property
     def title(self) -> str:
@@ -138,19 +143,31 @@ def sources_of_differences(lab: Lab, limits: Mapping[str, int]) -> list[SourceTa
     """
     tables = []
     for name, limit in limits.items():
+        judged = judged_by_designs(lab, name, limit).judged
         designs = [design for design in DESIGNS if design.labelled_set == name]
-        specs = dict.fromkeys(spec for design in designs for spec in design.specs())
-        found = lab.judge(
-            tuple(specs),
-            Cases(
-                load_benchmark(set_named(name)), Part.TEST, limit=limit
-            ),  # nothing was tuned on it
-            folder=f"sources/{name}",
-            name=f"sources of differences, {name}",
-            shard_size=20,
-        )
-        tables += [table_of(found.judged, d, answer) for d in designs for answer in ANSWERS]
+        tables += [table_of(judged, d, answer) for d in designs for answer in ANSWERS]
     return tables
+
+
+def judged_by_designs(lab: Lab, name: str, limit: int) -> Evaluation:
+    """Judge cases of part test, on which nothing was tuned, by the methods of a set's designs.
+
+    Args:
+        lab: where it runs.
+        name: of the labelled set.
+        limit: cases a scenario.
+
+    Raises:
+        ResultsError: the folder holds another study.
+    """
+    designs = [design for design in DESIGNS if design.labelled_set == name]
+    return lab.judge(
+        tuple(dict.fromkeys(spec for design in designs for spec in design.specs())),
+        Cases(load_benchmark(set_named(name)), Part.TEST, limit=limit),
+        folder=f"sources/{name}",
+        name=f"sources of differences, {name}",
+        shard_size=20,
+    )
 
 
 def table_of(judged: JudgedCases, design: Design, answer: str) -> SourceTable:
@@ -167,18 +184,20 @@ def table_of(judged: JudgedCases, design: Design, answer: str) -> SourceTable:
     assert kept.labels is not None, "the run is on a labelled set"
     counts = kept.labels["item_count"]
     numbers = ANSWERS[answer](kept.said[specs].to_numpy(float) / counts.to_numpy(float)[:, None])
+    levels = design.levels
     title = (
         f"{design.labelled_set} (n = {len(numbers)}): {', '.join(design.parameters)}; "
         f"{' and '.join(design.questions)}"
     )
-    shape = (len(numbers), *(len(own) for own in design.levels.values()))
+    shape = (len(numbers), *map(len, levels.values()))
     return SourceTable(
         design, answer, len(numbers), kept.clusters.nunique(), int((~whole).sum()),
         float((numbers != numbers[:, :1]).any(axis=1).mean()) if len(numbers) else 0.0,
         [
             Source(
-                title, own.factors, own.whole, own.always, own.by_case, own.component
+                title, own.factors, own.whole, own.always, own.by_case, own.component,
+                math.prod(len(levels[factor]) - 1 for factor in own.factors),
             )
-            for own in source_shares(numbers.reshape(shape), tuple(design.levels), kept.clusters)
+            for own in source_shares(numbers.reshape(shape), tuple(levels), kept.clusters)
         ],
     )  # fmt: skip

@@ -53,8 +53,9 @@ class EngineStudy(Study["Found"]):
         from steadyload.runs.provenance import provenance_lines
         from steadyload.studies.engines.accuracy import accuracy_by_load
         from steadyload.studies.engines.agreeing import Drawn, engine_agreement, option_effects
+        from steadyload.studies.engines.equal_searches import equal_searches
         from steadyload.studies.engines.showing import Found
-        from steadyload.studies.engines.sources import sources_of_differences
+        from steadyload.studies.engines.sources import judged_by_designs, sources_of_differences
         from steadyload.studies.engines.speed import ITEM_COUNTS, speed_curves, throughput
 
         parts = self.parts or ("speed", "throughput")
@@ -70,4 +71,7 @@ class EngineStudy(Study["Found"]):
             throughput(lab) if "throughput" in parts else [],
             sources_of_differences(lab, limits) if "sources" in parts else [],
             accuracy_by_load(lab, self.cases) if "accuracy" in parts else None,
+            equal_searches(judged_by_designs(lab, LISTS, self.cases))
+            if "sources" in parts
+            else None,
         )
