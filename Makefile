@@ -92,7 +92,7 @@ lists: $(READY) ## remake the labelled set of many item lists (three hours); goe
 	test -e runs/lists/manifest.json || $(BIN)/steadyload benchmark build --lists -o runs/lists
 	$(BIN)/steadyload benchmark label runs/lists --judges none
 	$(BIN)/steadyload benchmark label runs/lists --question stands
-	$(BIN)/steadyload benchmark judge runs/lists --limit 40
+	$(BIN)/steadyload benchmark judge runs/lists --limit 100
 
 choosing: $(READY) ## remake the labelled set that searches and cascades choose on (an hour); goes on where it was
 	test -e runs/choosing/manifest.json || $(BIN)/steadyload benchmark build --choosing -o runs/choosing

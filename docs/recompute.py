@@ -15,7 +15,7 @@ CASE = ["layout", "scenario"]
 METHODS = ("sme", "equilibrium:time=0.3", "lstm_e", "ps_opt@mujoco", "cascade@mujoco")
 STANDS = ":question=stands"
 ENGINES = ("bullet", "dart", "mujoco", "physx", "rapier")
-PARAMETERS = ("ps3-literal", "ps_opt-paper", "ps_opt", "label")
+PARAMETERS = ("ps3-literal", "ps_opt-paper", "ps_opt-equal", "label")
 
 
 def verdicts(page, folder):

@@ -51,6 +51,23 @@ def test_a_time_limit_is_finite_and_above_zero(door, value):
     assert "allowed: a number of seconds above 0 and below 1,000,000,000, or None" in told
 
 
+GIVEN_A_METHOD = {
+    "check": lambda method: sl.check(LAYOUT, method),
+    "repair": lambda method: sl.repair(LAYOUT, method=method),
+    "session": lambda method: sl.LoadingSession(LAYOUT.pallet, method),
+    "transport": lambda method: limits(LAYOUT, method=method),
+    "make_method": sl.make_method,
+}
+
+
+@pytest.mark.parametrize("value", [5, ["sme"], sl.Pallet(1, 1, 1)], ids=str)
+@pytest.mark.parametrize("door", GIVEN_A_METHOD)
+def test_a_method_is_one_or_its_text(door, value):
+    told = refused(lambda: GIVEN_A_METHOD[door](value))
+    assert told.startswith("method is ")
+    assert told.endswith("allowed: a text, such as sme or label@mujoco")
+
+
 @pytest.mark.parametrize("value", [math.nan, -1, 0])
 def test_score_refuses_such_a_time_limit_before_it_judges(file, value):
     refused(lambda: sl.score([file], ["sme"], timeout=value))

@@ -33,7 +33,7 @@ from steadyload.methods.contract.method import (
 )
 from steadyload.methods.doubt import doubt
 from steadyload.methods.envelope import leaves
-from steadyload.methods.registry import make_method
+from steadyload.methods.registry import make_method, method_of
 from steadyload.numbers import number_within, seconds_allowed
 from steadyload.plugins import OWN
 from steadyload.progress import Progress, silent
@@ -251,7 +251,7 @@ def check_all(
         WorkerDiedError: see :func:`steadyload.runs.pool.run_units`.
     """
     seconds_allowed(timeout)
-    named = None if method is None else _made(method)
+    named = None if method is None else method_of(method)
     sizes = [len(entry) for _, entry in entries if isinstance(entry, Layout)]
     judges = [make_method(spec) for spec in default_methods(sizes)] if named is None else [named]
     use_methods(judges)
@@ -396,14 +396,9 @@ def prepared(method: str | Method | None, boxes: int) -> Method:
     Raises:
         SpecError, EngineNotInstalledError: there is no such method, or its engine is missing.
     """
-    judging = _default(default_method(boxes)) if method is None else _made(method)
+    judging = _default(default_method(boxes)) if method is None else method_of(method)
     judging.prepare(boxes)
     return judging
-
-
-def _made(method: str | Method) -> Method:
-    """The method of a spec: a new one, since it may name files that change."""
-    return make_method(method) if isinstance(method, str) else method
 
 
 @cache

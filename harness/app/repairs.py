@@ -17,7 +17,7 @@ from steadyload.layouts.model.layout import Layout, LayoutError, require_layout
 from steadyload.layouts.model.naming import box_label
 from steadyload.layouts.model.snapping import snap
 from steadyload.methods.contract.method import Method
-from steadyload.methods.registry import make_method
+from steadyload.methods.registry import method_of
 from steadyload.numbers import number_within, seconds_above_zero
 from steadyload.progress import Progress, silent
 from steadyload.repairing.changes import changes_between
@@ -129,7 +129,7 @@ def repair(
         as :class:`RepairOptions` and :func:`steadyload.check`.
     """
     options = RepairOptions(
-        allow=allow, method=make_method(method) if isinstance(method, str) else method,
+        allow=allow, method=None if method is None else method_of(method),
         shift_cm=shift_cm, seconds=seconds, seed=seed, gaps_cm=gaps_cm, frame=frame or Frame(),
     )  # fmt: skip
     require_layout(layout)
@@ -295,7 +295,7 @@ def repair_each(
     """
     if options.method is not None:
         method = options.method
-        named = make_method(method) if isinstance(method, str) else method
+        named = method_of(method)
         use_methods([named])
         named.prepare()
         options = replace(options, method=str(named.spec))

@@ -47,28 +47,38 @@ class CeilingRow:
 
     ``judges``: number of further verdicts on a case, besides the label. ``label``: agreement of
     each of them with the label. ``twin``: of two of all verdicts, drawn at random. ``plurality``:
-    of one of all verdicts, drawn at random, with the most frequent of the others. The last two are
-    None where there is no ensemble. ``answers``: of all groups, for a table.
+    of one of all verdicts, drawn at random, with the most frequent of the others. ``answers``: the
+    last two for every group of cases, by heading of a table.
     """
 
     name: str = column("what changes")
     judges: int = column("further answers")
     label: Estimate = column("accuracy %", percent)
-    twin: Estimate | None
-    plurality: Estimate | None
-    answers: Mapping[str, Estimate | None] = column("{} %", percent, default_factory=dict)
+    twin: Estimate
+    plurality: Estimate
+    answers: Mapping[str, Estimate] = column("{} %", percent, default_factory=dict)
+
+
+@row
+class FurtherMethod:
+    """A further method: the share of all cases on which it names the step of the label."""
+
+    reason: str = column("what differs")
+    method: str = column()
+    same: Estimate = column("same step %", percent)
 
 
 @row
 class Ceiling:
     """Ceiling of the labels.
 
-    ``by_group``: by group, a row a set of changes, from the narrowest to the widest. ``engines``:
-    other simulators under the same criterion, on all cases.
+    ``by_group``: all cases and, where there are several, every scenario; of each a row for every
+    set of changes in :data:`WIDENING`, in its order. ``methods``: every further method, on all
+    cases.
     """
 
     by_group: Mapping[str, tuple[CeilingRow, ...]]
-    engines: tuple[CeilingRow, ...]
+    methods: tuple[FurtherMethod, ...]
 
     @property
     def rows(self) -> list[CeilingRow]:
@@ -127,10 +137,11 @@ def label_ceiling(labels: pd.DataFrame, opinions: pd.DataFrame) -> Ceiling | Non
             for group, here in masks.items()
             if group == ALL or len(scenarios) > 1
         },
-        engines=tuple(
-            CeilingRow(judge, 1, accuracy_of(table[reason, judge], labels), None, None)
-            for reason, judge in table.columns
-            if reason == str(Reason.ENGINE)
+        methods=tuple(
+            FurtherMethod(reason, judge, accuracy_of(table[reason, judge], labels))
+            for own in Reason
+            for reason, judge in sorted(table.columns)
+            if reason == str(own)
         ),
     )
 

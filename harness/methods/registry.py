@@ -160,6 +160,15 @@ def make_method(spec: str | MethodSpec) -> Method:
     return method(MethodSpec(parsed.name, parsed.engine, named), parameters)
 
 
+def method_of(method: str | Method) -> Method:
+    """The method that a caller hands over, as itself or by its spec string.
+
+    Raises:
+        SpecError: it is neither, or as :func:`make_method`.
+    """
+    return method if isinstance(method, Method) else make_method(method)
+
+
 def method_class(name: str) -> type[Method] | None:
     """The class behind a method's or a preset's name; None where no such method is registered.
 

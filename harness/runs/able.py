@@ -9,7 +9,7 @@ from steadyload.engines.registry import capabilities, engines_here
 from steadyload.errors import nearest
 from steadyload.layouts.model.question import Question
 from steadyload.methods.contract.method import Method
-from steadyload.methods.registry import make_method
+from steadyload.methods.registry import make_method, method_of
 from steadyload.runs.definition import StudyError
 
 
@@ -51,7 +51,7 @@ def asked_question(method: str | Method) -> Question | None:
     Raises:
         SpecError: no such method.
     """
-    asked = make_method(method) if isinstance(method, str) else method
+    asked = method_of(method)
     question: Question | None = getattr(asked.parameters, "question", None)
     return question
 

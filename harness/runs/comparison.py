@@ -284,6 +284,19 @@ def difference(first: ArrayLike, second: ArrayLike, clusters: Labels) -> Estimat
     return mean(one.mean(axis=0) - other.mean(axis=0), clusters)
 
 
+def least_shown(difference: Estimate, clusters: int) -> float:
+    """The least true difference between two methods that a set shows in four of five cases.
+
+    Args:
+        difference: that was found on the set.
+        clusters: number of item lists.
+
+    Returns:
+        see :func:`steadyload.statistics.paired.detectable`.
+    """
+    return detectable(difference, clusters)
+
+
 def compared(judged: JudgedCases) -> Compared[MethodKey]:
     """The methods of a run on a labelled set: right are those whose failing step is the label's."""
     labels = judged.labels

@@ -50,17 +50,26 @@ class CostSource:
     """Source of the costs of an evaluation.
 
     ``cases``: how many were timed, None for all. ``load``: the most processes that wanted to run
-    while times were taken, one of them ours; None where it is not known.
+    while times were taken, one of them ours; None where it is not known. ``spread``: the mean CPU
+    time of a method in its slowest repeat over that in its fastest, the largest of all methods;
+    None without repeats.
     """
 
     kind: CostKind
     cases: int | None = None
     load: float | None = None
+    spread: float | None = None
 
     def explained(self) -> str:
-        """The sentence that explains costs on every page."""
+        """The sentences that explain costs on every page."""
         cases = "" if self.cases is None else f", on {self.cases} of the cases"
-        return _EXPLAINED[self.kind].format(cases=cases) + load_explained(self.load)
+        told = _EXPLAINED[self.kind].format(cases=cases)
+        if self.spread is not None:
+            told += (
+                " Between its fastest and its slowest repeat the mean of a method differs by a "
+                f"factor of up to {self.spread:.2f}."
+            )
+        return told + load_explained(self.load)
 
 
 def load_explained(load: float | None) -> str:
@@ -128,7 +137,7 @@ def timed_costs(times: Times, cases: pd.MultiIndex) -> Costs:
         cases: that were timed, in the order of the times.
     """
     return Costs(
-        CostSource(CostKind.TIMED, len(cases), times.load),
+        CostSource(CostKind.TIMED, len(cases), times.load, _spread(times)),
         {
             spec: pd.DataFrame(
                 {CPU: np.median(cpu, axis=0), WALL: np.median(times.wall[spec], axis=0)},
@@ -137,3 +146,10 @@ def timed_costs(times: Times, cases: pd.MultiIndex) -> Costs:
             for spec, cpu in times.cpu.items()
         },
     )
+
+
+def _spread(times: Times) -> float | None:
+    """See :attr:`CostSource.spread`."""
+    means = [cpu.mean(axis=1) for cpu in times.cpu.values() if cpu.shape[1]]
+    ratios = [own.max() / own.min() for own in means if len(own) > 1 and own.min() > 0.0]
+    return max(ratios, default=None)

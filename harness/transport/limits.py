@@ -12,7 +12,7 @@ from steadyload.escaping import shown
 from steadyload.layouts.model.layout import Layout
 from steadyload.methods.contract.method import Method
 from steadyload.methods.equilibrium.equilibrium import Equilibrium
-from steadyload.methods.registry import make_method
+from steadyload.methods.registry import method_of
 from steadyload.methods.simulation.simulation import Simulation
 from steadyload.numbers import number_within
 from steadyload.statics.friction import Sides
@@ -122,7 +122,7 @@ def limits(
     """
     chosen = checked_directions(directions)
     rise = number_within("rise", rise, 0.0, LONGEST, unit="[s]", error=TransportError)
-    judge = make_method(method) if isinstance(method, str) else method
+    judge = method_of(method)
     if isinstance(judge, Equilibrium):
         return _balanced(layout, judge, chosen)
     if isinstance(judge, Simulation):

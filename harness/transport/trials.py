@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from steadyload.engines.world import EngineError
 from steadyload.layouts.model.layout import Layout
 from steadyload.methods.contract.method import Method
-from steadyload.methods.registry import make_method
+from steadyload.methods.registry import make_method, method_of
 from steadyload.methods.simulation.simulation import Simulation
 from steadyload.transport.balance import Mode
 from steadyload.transport.errors import TransportError
@@ -109,7 +109,7 @@ def answer_rule(layout: Layout, rule: Rule, method: str | Method = EXACT) -> Rul
     Raises:
         SpecError, EngineNotInstalledError: as of :func:`under_rule`.
     """
-    judge = make_method(method) if isinstance(method, str) else method
+    judge = method_of(method)
     if not knows_accelerations(judge):
         judge = make_method(EXACT)
     return RuleAnswer(rule.name, str(judge.spec), tuple(under_rule(layout, rule, judge)))
@@ -127,7 +127,7 @@ def under_rule(layout: Layout, rule: Rule, method: str | Method = EXACT) -> list
     Raises:
         TransportError, SpecError, EngineNotInstalledError: as of that function.
     """
-    judge = make_method(method) if isinstance(method, str) else method
+    judge = method_of(method)
     levels = rule.directions()
     if not isinstance(judge, Simulation):
         found = limits(layout, judge, directions=tuple(levels))
@@ -169,7 +169,7 @@ def under_history(
         TransportError: the method simulates nothing.
         SpecError, EngineNotInstalledError: see :func:`steadyload.methods.registry.make_method`.
     """
-    judge = make_method(method) if isinstance(method, str) else method
+    judge = method_of(method)
     if not isinstance(judge, Simulation):
         raise TransportError(
             f"method {judge.spec}: knows no time; allowed: a simulation such as label@mujoco"

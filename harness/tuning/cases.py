@@ -30,7 +30,7 @@ class Case:
         safe: items placed safely, all of them for a stable layout.
         scenario: where its centres of mass are from.
         instance: the item list that it was packed from.
-        robust: whether all further methods agree with the label; None where none judged it.
+        robust: whether the whole ensemble names its step; None where none has judged it.
     """
 
     layout: Layout

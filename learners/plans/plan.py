@@ -76,13 +76,17 @@ class TablePlan:
         methods: spec strings.
         trainings: names; the weights of the first seed are a method, too.
         held: the spec, or name of a training, that all others are compared with.
+        directory: word or folder of the labelled set whose part test they judge; None stands for
+            the part of the plan.
         batches: for methods that judge many layouts at once.
     """
 
     methods: tuple[str, ...]
     trainings: tuple[str, ...] = ()
     held: str = "lstm_e"
-    timed: int = option(300, "cases of the part that are timed", least=0)
+    directory: str | None = None
+    limit: int | None = option(None, "cases a scenario", least=1)
+    timed: int = option(300, "cases of these that are timed", least=0)
     repeats: int = option(5, "of the timing", least=0)
     batches: tuple[int, ...] = option((8, 32, 64, 128, 256, 512), "batch sizes", least=0)
 

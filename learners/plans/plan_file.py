@@ -7,6 +7,7 @@ from pathlib import Path
 from steadyload.config import bind
 from steadyload.errors import nearest
 from steadyload.escaping import shown
+from steadyload.layouts.benchmark.parts import SETS
 from steadyload.learners import LearnerError
 from steadyload.learners.jobs import BENCHMARK
 from steadyload.learners.plans.plan import Plan, Section
@@ -73,3 +74,6 @@ def _check_names(plan: Plan) -> None:
         known = (*table.methods, *table.trainings)
         if table.held not in known:
             raise LearnerError(f"table: held is {shown(table.held)}; {nearest(table.held, known)}")
+        at = table.directory
+        if at and at not in SETS and not Path(at).is_dir():
+            raise LearnerError(f"table: directory {shown(at)} is no folder; {nearest(at, SETS)}")

@@ -530,7 +530,7 @@ def test_reliability_is_what_was_measured_on_layouts_of_the_size():
         [entry] = [m for m in front.measured if m.method == spec]
         assert found.accuracy == entry.accuracy
     assert reliability(spec, 1000) is None
-    assert reliability("sme", 2).part == "test"  # it knows no questions: held against stands
+    assert reliability("sme", 2).part == "test of the set lists"  # of the question stands
     assert reliability("ps3@mujoco", 2) is None
     assert reliability("pbs:alpha=0.123", 2) is None
 

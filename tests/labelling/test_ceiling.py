@@ -80,17 +80,17 @@ def test_the_order_of_cases_means_nothing(judged):
     assert label_ceiling(labels, mixed) == label_ceiling(labels, opinions)
 
 
-def test_other_simulators_are_no_part_of_the_ensemble(judged):
+def test_every_further_method_has_its_share_and_engines_are_no_part_of_the_ensemble(judged):
     labels, opinions = judged
     ceiling = label_ceiling(labels, opinions)
-    judges = opinions[opinions["reason"] == "engine"]
-    assert [row.name for row in ceiling.engines] == sorted(judges["judge"].unique())
-    own = judges.set_index(KEYS).loc[labels.index]
+    pairs = {(row.reason, row.method) for row in ceiling.methods}
+    assert pairs == set(zip(opinions["reason"], opinions["judge"], strict=True))
+    own = opinions.set_index(KEYS).loc[labels.index]
     step = own["failing_step"].fillna(-1).astype(int)
     truth = labels["failing_step"].fillna(-1).astype(int).reindex(own.index)
     same = (step == truth) & (own["status"] == "done")
-    for row in ceiling.engines:
-        assert row.label.value == pytest.approx(same[own["judge"] == row.name].mean())
+    for row in ceiling.methods:
+        assert row.same.value == pytest.approx(same[own["judge"] == row.method].mean())
     without = opinions[opinions["reason"] != "engine"]
     assert label_ceiling(labels, without).by_group == ceiling.by_group
 

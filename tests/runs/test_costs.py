@@ -44,3 +44,13 @@ def test_timed_costs_are_medians_over_repeats_of_each_clock():
     assert found.milliseconds["fbs"][CPU].tolist() == [1.0, 2.0, 3.0]
     assert found.milliseconds["fbs"][WALL].tolist() == [5.0, 6.0, 7.0]
     assert (found.source.kind, found.source.cases, found.source.load) == (CostKind.TIMED, 3, 1.2)
+    # The means of the repeats are 2, 31 and 28.5 ms.
+    assert found.source.spread == 31.0 / 2.0
+    assert "differs by a factor of up to 15.50." in found.source.explained()
+
+
+def test_one_repeat_has_no_spread_of_repeats():
+    once = Times({"fbs": np.array([[1.0, 2.0, 90.0]])}, {"fbs": np.ones((1, 3))}, 1.2)
+    source = timed_costs(once, pd.MultiIndex.from_tuples(CASES, names=KEYS)).source
+    assert source.spread is None
+    assert "repeat" not in source.explained()

@@ -212,6 +212,21 @@ def test_the_table_tells_every_method_alike(learned, workshop, cases):
         assert each.rate == each.rates[each.best_batch]
 
 
+def test_the_table_is_of_the_set_that_it_names(plan, tmp_path):
+    own = dataclasses.replace(plan.table, trainings=(), directory="lists", limit=3, timed=3)
+    found = compare(Lab(tmp_path, 0), dataclasses.replace(plan, table=own), only=["table"])
+    benchmark = load_benchmark("lists")
+    chosen = benchmark.select("test", limit=3)
+    layouts = [benchmark.layout(*key) for key in chosen[KEYS].itertuples(index=False)]
+    table, [rule, _] = found.table, found.table.groups["all"]
+    assert (table.labelled_set, table.part, table.cases) == ("lists", "test", 9)
+    assert table.item_lists == chosen["instance"].nunique()
+    assert rule.found.accuracy.value == pytest.approx(rights("sme", (chosen, layouts)).mean())
+    page = LearnedStudy().page(found)
+    assert "9 cases of part `test` of the set `lists`" in page.summary
+    assert "historical" not in page.summary
+
+
 def test_label_sources_are_told_apart(learned, workshop):
     assert [row.labels for row in learned.sources] == [
         "sme", "pbs:alpha=0.5", "sme, then labelled set",
@@ -350,6 +365,7 @@ def test_only_what_was_asked_is_made_and_shown(tmp_path, capsys, learned, in_thi
     text = path.read_text()
     headings = [line[3:] for line in text.splitlines() if line.startswith("## ")]
     assert headings == [
+        "How trainings are compared",
         "Size of the training set",
         "Where the weights come from",
         "How to read this page",
@@ -361,7 +377,7 @@ def test_only_what_was_asked_is_made_and_shown(tmp_path, capsys, learned, in_thi
     made = load_weights(training / "weights").manifest
     assert str(made["made_by"]["git"]) in text
     assert made["command"] in text
-    assert len(LearnedStudy().page(learned).sections) == 9
+    assert len(LearnedStudy().page(learned).sections) == 10
 
 
 @pytest.mark.parametrize(
@@ -377,6 +393,7 @@ def test_only_what_was_asked_is_made_and_shown(tmp_path, capsys, learned, in_thi
         (('start = "rule"', 'start = "tuned"'), "starts from itself in the end"),
         (('data = ["rule"]', 'data = ["rules"]'), "data 'rules'; did you mean 'rule'"),
         (('held = "lstm_1"', 'held = "lstm_e"'), "held is 'lstm_e'"),
+        (("timed =", 'directory = "list"\ntimed ='), "no folder; did you mean 'lists'"),
         (("repeats = 2", "repeats = -2"), "repeats is -2; allowed: a whole number, 0 or more"),
         (("seeds = [0, 1]", "seeds = [0, 0]"), "allowed: each of them once"),
         (('label = "sme"', 'label = "smee"'), "unknown method 'smee'"),

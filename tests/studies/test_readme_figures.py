@@ -3,6 +3,7 @@
 import re
 import subprocess
 import sys
+from itertools import product
 from pathlib import Path
 
 import pytest
@@ -25,8 +26,8 @@ def table(text, start):
 def test_the_table_of_the_readme_is_that_of_the_published_pages():
     header, rows = table((ROOT / "README.md").read_text(), "## What came out")
     assert header == [
-        "method", "paper %", "within 0.3 s %", "over / under %", "by class %", "CPU ms",
-        "stands %", "CPU ms",
+        "method", "paper %", "within 0.3 s %", "over / under %", "by class %",
+        "CPU ms, mean / median / 90 %", "times SME", "stands %", "CPU ms",
     ]  # fmt: skip
     pages = {
         name: (PAGES / name / "report.md").read_text()
@@ -35,18 +36,22 @@ def test_the_table_of_the_readme_is_that_of_the_published_pages():
     titles, within = table(pages["evaluation"], "## Accuracy and cost")
     also, stands = table(pages["evaluation_stands"], "## Accuracy and cost")
     named, classes = table(pages["evaluation"], "## By class of items")
+    timed, times = table(pages["evaluation"], "## Time a layout")
+    columns = [timed.index(name) for name in ("CPU ms", "median CPU ms", "90 % CPU ms")]
     by_class = [k for k, title in enumerate(named) if title.startswith("class ")]
     assert len(by_class) == 3
     (details,) = (PAGES / "evaluation").glob("report-details.*.md")
     every, of_errors = table(details.read_text(), "## Accuracy and cost")
     wrong = [every.index(f"{how}estimated %") for how in ("over", "under")]
-    for method, (_, paper, accuracy, errors, parts, cpu, other, other_cpu) in rows.items():
+    for method, (_, paper, accuracy, errors, parts, cpu, sme, other, other_cpu) in rows.items():
         one = within[method]
         asked = stands.get(f"{method} (question=stands)") or stands[method]
         assert (paper, accuracy) == (one[titles.index("paper %")], one[titles.index("accuracy %")])
         assert errors == " / ".join(of_errors[method][k].split()[0] for k in wrong)
         assert parts == " / ".join(classes[method][k].split()[0] for k in by_class)
-        assert cpu == one[titles.index("CPU ms")].split()[0]
+        assert cpu.split(" / ")[0] == one[titles.index("CPU ms")].split()[0]
+        assert cpu == " / ".join(times[method][k].split()[0] for k in columns)
+        assert sme == times[method][timed.index("times SME")].split()[0]
         assert other == asked[also.index("accuracy %")]
         assert other_cpu == asked[also.index("CPU ms")].split()[0]
 
@@ -55,6 +60,26 @@ def answers():
     """Answer and measured on, by question, of the table of the readme."""
     _, rows = table((ROOT / "README.md").read_text(), "| question")
     return {question: (answer, cases) for question, answer, cases in rows.values()}
+
+
+def test_layouts_of_real_size_are_as_on_their_page():
+    text = (PAGES / "evaluation_real" / "report.md").read_text()
+    _, within, stands = text.split("\n## Accuracy and cost")
+    readme = (ROOT / "README.md").read_text()
+    (header, _, *lines) = readme[readme.index("| question | method ") :].splitlines()[:6]
+    _, _, *sizes = (cell.strip() for cell in header.strip("|").split("|"))
+    titles = {"`ps_opt@rapier`": "PS_opt @ rapier", "`cascade@rapier`": "Cascade @ rapier"}
+    for line, (question, method) in zip(lines, product((within, stands), titles), strict=True):
+        asked, own, *cells = (cell.strip() for cell in line.strip("|").split("|"))
+        suffix = "" if question is within else " (question=stands)"
+        assert (asked, own) == ("*stands*" if suffix else "*within*", method)
+        title = titles[method] + suffix
+        bins, accuracies = table(question, "Accuracy in per cent, by boxes, all scenarios:")
+        for size, cell in zip(sizes, cells, strict=True):
+            boxes, cases = re.fullmatch(r"(.*) boxes \(n (\d+)\)", size).groups()
+            _, times = table(question, f"CPU time a layout of {boxes} boxes, n = {cases} cases:")
+            accuracy = accuracies[title][bins.index(f"{boxes} (n {cases})")]
+            assert cell == f"{accuracy} % in {times[title][1].split()[0]} ms"
 
 
 NUMBER = r"-?\d+(?:,\d{3})*(?:\.\d+)?"
@@ -85,8 +110,8 @@ def test_every_share_of_an_answer_has_its_interval_and_cases_and_every_time_its_
 
 
 def test_no_time_of_the_readme_was_taken_on_a_busy_machine():
-    """Its first table has times of both pages; an answer has them where it states a clock."""
-    timed = {"evaluation", "evaluation_stands"}
+    """Tables of cases have times of three pages; an answer has them where it states a clock."""
+    timed = {"evaluation", "evaluation_stands", "evaluation_real"}
     for answer, cases in answers().values():
         if "CPU" in answer + cases:
             timed |= set(re.findall(r"reports/published/(\w+)/", answer))
@@ -112,7 +137,7 @@ def test_a_script_without_this_package_recomputes_ten_figures():
     }  # fmt: skip
     for spec, name in within.items():
         assert rows[name][2].split()[0] == found[spec], spec
-    assert rows["Cascade @ mujoco"][6].split()[0] == found["cascade@mujoco:question=stands"]
+    assert rows["Cascade @ mujoco"][7].split()[0] == found["cascade@mujoco:question=stands"]
     real, _ = answers()["Which method for layouts of real size?"]
     for spec, words in (
         ("ps_opt@rapier", "For *within 0.3 s* `ps_opt@rapier` is right on {} ["),
@@ -126,7 +151,7 @@ def test_a_script_without_this_package_recomputes_ten_figures():
             4,
             "our parameters {} % come with the parameters, {} % with the engine and {} % with both",
         ),
-        (2, "`ps_opt` and `label` alone {}, {} and {} %"),
+        (2, "`ps_opt-equal` and `label` alone {}, {} and {} %"),
     ):
         shares = found[f"parameters, engine, both; {sets} sets"].split(", ")
         assert words.format(*shares) in engines

@@ -16,6 +16,7 @@ from steadyload.studies.published import FOLDER, ROWS
 
 ROOT = Path(__file__).parents[2]
 LARGE = "benchmark"
+ANY_SET = r"(?:the set `(\w+)`|the large set of the package)"
 OWN = "replication"
 """The page that packs and labels a set of its own."""
 
@@ -86,8 +87,8 @@ def measured():
     for page in (ROOT / FOLDER).glob("*/report.md"):
         text = page.read_text()
         begun = re.search(r"^- started: (\S+?)T", text, re.MULTILINE)
-        for name in re.findall(r"part `?test`? of the set `(\w+)`", text):
-            found[name][page.parent.name] = begun[1] if begun else ""
+        for name in re.findall(rf"part `?test`? of {ANY_SET}", text):
+            found[name or LARGE][page.parent.name] = begun[1] if begun else ""
     for file in (ROOT / ROWS).glob("*.tar.xz"):
         with tarfile.open(file) as archive:
             for member in archive:

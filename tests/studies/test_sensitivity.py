@@ -15,9 +15,9 @@ from steadyload.methods.simulation.criteria import Criterion
 from steadyload.runs.comparison import Compared
 from steadyload.runs.failure_rules import LIMITS, RULES, TIMES, USUAL, Rule
 from steadyload.statistics.estimate import Estimate
-from steadyload.studies import rankings
 from steadyload.studies.kit import Lab
-from steadyload.studies.rankings import CLAIMS, METHODS, Fate, Knowledge, Rankings, claim
+from steadyload.studies.sensitivity import ranking
+from steadyload.studies.sensitivity.ranking import CLAIMS, METHODS, Fate, Knowledge, Rankings, claim
 from steadyload.studies.sensitivity.study import Sensitivity
 
 SIMULATION, RULE = "ps_opt@mujoco", "sme"
@@ -39,7 +39,7 @@ def found(tmp_path_factory) -> Rankings:
     some = {kind: [rule for rule in own if rule in FEW_RULES] for kind, own in KINDS.items()}
     with pytest.MonkeyPatch.context() as patch:
         for name, own in {"RULES": FEW_RULES, **some}.items():
-            patch.setattr(rankings, name, tuple(own))
+            patch.setattr(ranking, name, tuple(own))
         return STUDY.run(Lab(tmp_path_factory.mktemp("sensitivity"), workers=0))
 
 
@@ -163,7 +163,7 @@ def test_ranks_count_the_methods_that_are_significantly_better_and_worse():
     right = {name: np.arange(400) < round(400 * share) for name, share in shares.items()}
     judged = SimpleNamespace(keys={name: name for name in right})
     rule = SimpleNamespace(short="rule", given_to=lambda spec: spec)
-    places = rankings._places(
+    places = ranking._places(
         Compared(right, np.arange(400)), judged, list(right), rule, "by time", Knowledge.NONE
     )
     assert [str(place.ranks) for place in places] == ["1 to 2", "1 to 2", "3", "4"]

@@ -6,7 +6,13 @@ import pytest
 from steadyload.layouts.model.question import Question
 from steadyload.methods.tuned import tuned_engines
 from steadyload.studies.engines import sources as module
-from steadyload.studies.engines.sources import ANSWERS, DESIGNS, Design, sources_of_differences
+from steadyload.studies.engines.sources import (
+    ANSWERS,
+    DESIGNS,
+    Design,
+    judged_by_designs,
+    sources_of_differences,
+)
 from steadyload.studies.kit import Lab
 
 BOTH = Design("lists", ("ps_opt",), (Question.WITHIN, Question.STANDS))
@@ -18,8 +24,10 @@ def found(tmp_path_factory):
         patch.setattr(module, "DESIGNS", (BOTH,))
         patch.setattr(module, "tuned_engines", lambda: ("bullet", "mujoco"))
         work = tmp_path_factory.mktemp("sources")
-        tables = sources_of_differences(Lab(work, 0), {"lists": 4})
-        again = sources_of_differences(Lab(work, 0), {"lists": 4})
+        tables, again = (
+            sources_of_differences({"lists": judged_by_designs(Lab(work, 0), "lists", 4)})
+            for _ in range(2)
+        )
     assert again == tables
     return tables
 

@@ -9,7 +9,6 @@ from template_names import faults_of, wrong_names
 
 from steadyload.reports.columns import column, row
 from steadyload.reports.pages.composing import page_environment
-from steadyload.studies.rankings import Rankings
 from steadyload.studies.registry import STUDIES, study
 from steadyload.studies.uncertain.comparing import Found
 
@@ -23,7 +22,7 @@ def test_a_template_names_what_there_is(template):
     assert faults_of(study(name), page_environment) == []
 
 
-INCLUDED = {"conclusions.md.j2": Rankings, "reliability.md.j2": Found}
+INCLUDED = {"reliability.md.j2": Found}
 """Parts of pages of several studies -> what they call ``found``."""
 
 MACROS = {"how_to_read.md.j2", "methods.md.j2"}

@@ -9,6 +9,7 @@ import pytest
 
 from steadyload.cli import main
 from steadyload.layouts.benchmark import load_benchmark
+from steadyload.layouts.benchmark.parts import LISTS
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.methods.registry import make_method
 from steadyload.reports.table import percent
@@ -24,7 +25,7 @@ from steadyload.studies.uncertain.study import Uncertain
 
 @pytest.fixture(scope="module")
 def benchmark():
-    return load_benchmark()
+    return load_benchmark(LISTS)
 
 
 @pytest.fixture
@@ -101,8 +102,8 @@ def test_an_invalid_layout_has_no_outlook_and_hides_no_remark(place, tmp_path, l
     assert "weight is 0 kg" in capsys.readouterr().out
 
 
-def test_random_samples_of_a_case_agree(benchmark):
-    layout = benchmark.layout("H10_Class_2_Instance_12_ULD_0", "S1")
+def test_random_samples_of_a_case_agree():
+    layout = load_benchmark().layout("H10_Class_2_Instance_12_ULD_0", "S1")
     question = Question("equilibrium", "com=5mm,position=3mm", Sampling(), 400)
     (row,) = sample_unit(Unit((("S1", layout),), question, {}))
     assert 0.0 < row["random"] < 1.0

@@ -27,7 +27,7 @@ from steadyload.methods.contract.method import (
     verdict_by,
 )
 from steadyload.methods.contract.verdict import verdict_of
-from steadyload.methods.registry import make_method
+from steadyload.methods.registry import method_of
 from steadyload.numbers import seconds_allowed
 from steadyload.statics.bearing.crushing import crushed_by_now
 
@@ -70,7 +70,7 @@ class LoadingSession:
         timeout: float | None = None,
         timed: bool = True,
     ) -> None:
-        self.method = make_method(method) if isinstance(method, str) else method
+        self.method = method_of(method)
         self.method.prepare()
         self._open()
         self._timeout, self._timed, self._limits = seconds_allowed(timeout), timed, False

@@ -11,7 +11,7 @@ from steadyload.layouts.packing.heuristics import Heuristic, pack_bins
 from steadyload.layouts.packing.packing import Instance, WeightRule, packed_item, source_name
 from steadyload.layouts.packing.spaces import Space
 from steadyload.methods.contract.method import Method
-from steadyload.methods.registry import make_method
+from steadyload.methods.registry import method_of
 from steadyload.methods.session.session import LoadingSession
 
 
@@ -57,7 +57,7 @@ def pack_stably(
     Raises:
         SpecError: there is no such method.
     """
-    judge = make_method(method) if isinstance(method, str) else method
+    judge = None if method is None else method_of(method)
     run = _Run(instance, judge, weights)
     start = time.process_time()
     with run.open:

@@ -131,22 +131,18 @@ class SourceTable:
         return [share for share in self.shares if len(share.factors) > 1]
 
 
-def sources_of_differences(lab: Lab, limits: Mapping[str, int]) -> list[SourceTable]:
-    """Judge the cases of all designs, as far as that is missing, and share out the differences.
+def sources_of_differences(evaluated: Mapping[str, Evaluation]) -> list[SourceTable]:
+    """Share out the differences between verdicts, by design and by what a verdict is taken as.
 
     Args:
-        lab: where it runs.
-        limits: cases a scenario, by labelled set; a set that is not named is left out.
-
-    Raises:
-        ResultsError: a folder holds another study.
+        evaluated: :func:`judged_by_designs` of some labelled sets, by name of the set.
     """
-    tables = []
-    for name, limit in limits.items():
-        judged = judged_by_designs(lab, name, limit).judged
-        designs = [design for design in DESIGNS if design.labelled_set == name]
-        tables += [table_of(judged, d, answer) for d in designs for answer in ANSWERS]
-    return tables
+    return [
+        table_of(evaluated[design.labelled_set].judged, design, answer)
+        for design in DESIGNS
+        if design.labelled_set in evaluated
+        for answer in ANSWERS
+    ]
 
 
 def judged_by_designs(lab: Lab, name: str, limit: int) -> Evaluation:

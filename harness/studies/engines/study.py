@@ -63,15 +63,18 @@ class EngineStudy(Study["Found"]):
         drawn = Drawn(self.layouts, _SEED)
         counts = [n for n in ITEM_COUNTS if n <= self.most_items]
         limits = {LISTS: self.cases} | ({REAL: self.real_cases} if self.real_cases else {})
+        evaluated = {
+            name: judged_by_designs(lab, name, limit)
+            for name, limit in limits.items()
+            if "sources" in parts
+        }
         return Found(
             {"generated layouts": f"{self.layouts}, seed {_SEED}"} | made_with,
             engine_agreement(lab, drawn) if "agreement" in parts else None,
             option_effects(lab, drawn) if "options" in parts else [],
             speed_curves(lab, counts) if "speed" in parts else [],
             throughput(lab) if "throughput" in parts else [],
-            sources_of_differences(lab, limits) if "sources" in parts else [],
+            sources_of_differences(evaluated),
             accuracy_by_load(lab, self.cases) if "accuracy" in parts else None,
-            equal_searches(judged_by_designs(lab, LISTS, self.cases))
-            if "sources" in parts
-            else None,
+            equal_searches(evaluated[LISTS]) if evaluated else None,
         )

@@ -81,7 +81,6 @@ from steadyload.studies.evaluation.rows import Failing, NoVerdict
 from steadyload.studies.evaluation.timing_pass import timing_of
 from steadyload.studies.evaluation.watched import watched
 from steadyload.studies.kit import Lab
-from steadyload.studies.rankings import Rankings, ranked
 
 _CONVERTED = frozenset({"ps3", "ps5"})
 
@@ -99,7 +98,6 @@ class Found:
             those that were asked for; None where no learned method was judged.
         converted: whether PS_3 or PS_5 were judged in a reading converted to SI.
         same_order: pairs of the paper's methods in the same order here, and all pairs.
-        rules: methods under other rules; None where these were not asked for.
         crossed: how far accuracies of the first set lie apart with other heuristics; empty where
             other software packed it.
         small: whether the first bin of boxes is of small layouts of the large set.
@@ -120,7 +118,6 @@ class Found:
     converted: bool
     ceiling: Ceiling | None
     same_order: tuple[int, int]
-    rules: Rankings | None
     crossed: Sequence[Crossed]
     small: bool
     lost: Sequence[NoVerdict]
@@ -181,15 +178,12 @@ class Found:
         return list(shown.items())
 
 
-def compare(
-    lab: Lab, asked: Options, *, rules: int = 0, sizes: tuple[int, ...] = (), views: int = 0
-) -> Found:
+def compare(lab: Lab, asked: Options, *, sizes: tuple[int, ...] = (), views: int = 0) -> Found:
     """Judge and time what is missing, and compare; also writes what ``recommend`` reads.
 
     Args:
         lab: where it runs.
         asked: the options.
-        rules: cases a scenario on which other rules are compared; 0 for none.
         sizes: largest numbers of boxes of bins; empty for the usual ones.
         views: cases that pages play.
 
@@ -235,10 +229,6 @@ def compare(
         converted=converted and papers,
         ceiling=label_ceiling(labels, benchmark.opinions) if within else None,
         same_order=same_order(paper(), sets[0].evaluation.methods) if papers else (0, 0),
-        rules=ranked(
-            Lab(lab.work / "rules", lab.workers, lab.progress), asked.methods, rules,
-            asked.directory,
-        ) if rules and within else None,
         crossed=crossed(sets[0]),
         small=small is not None,
         lost=without_verdict(

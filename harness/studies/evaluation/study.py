@@ -23,7 +23,7 @@ class Evaluation(Study["Found"]):
     about = "all methods on a labelled test split, as Table 5 of the paper, every engine"
     workers = 0
     pages = (
-        PublishedPage("evaluation", f"{_PUBLISHED} --rules 25"),
+        PublishedPage("evaluation", _PUBLISHED),
         PublishedPage(
             "evaluation_stands", f"{_PUBLISHED} --question stands",
             question="How accurate is every method where a load has to stand until it rests?",
@@ -56,12 +56,6 @@ class Evaluation(Study["Found"]):
         least=1,
     )
     repeats: int = option(3, "how often they are timed (default: 3)", least=1)
-    rules: int = option(
-        0,
-        "cases a scenario on which other rules are compared, too, with the question within "
-        "(default: 0, none)",
-        least=0,
-    )
     views: int = option(
         0,
         "write pages that play N of the cases that divide the methods, and link them (default: 0)",
@@ -97,7 +91,7 @@ class Evaluation(Study["Found"]):
             tuple(q for q in Question if self.asked in (q, "both")), self.limit, self.timed,
             self.repeats, self.timeout, self.small, self.pallets,
         )  # fmt: skip
-        return compare(lab, options, rules=self.rules, sizes=self.sizes, views=self.views)
+        return compare(lab, options, sizes=self.sizes, views=self.views)
 
     def beside(self, found: Found, folder: Path) -> None:
         """Pages that play cases."""

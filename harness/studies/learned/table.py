@@ -9,6 +9,7 @@ import pandas as pd
 
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.benchmark.dataset import KEYS
+from steadyload.layouts.benchmark.parts import Part, set_named
 from steadyload.layouts.model.scenarios import Scenario
 from steadyload.learners.plans.plan import Plan, TablePlan
 from steadyload.learners.plans.trainings import Workshop
@@ -44,8 +45,16 @@ class Judged:
 
 @row
 class Table:
-    """Methods by group; all are compared with ``held``. ``costs`` explains the source of times."""
+    """Methods by group; all are compared with ``held``. ``costs`` explains the source of times.
 
+    ``labelled_set``: its word or folder, None for the large set of the package. ``part``, ``cases``
+    and ``item_lists``: of it, that all judge.
+    """
+
+    labelled_set: str | None
+    part: str
+    cases: int
+    item_lists: int
     held: MethodKey
     own: Mapping[str, Judged]
     groups: Mapping[str, Sequence[Judged]]
@@ -70,23 +79,27 @@ class Table:
 
 
 def judge_table(lab: Lab, plan: Plan, workshop: Workshop, limit: int | None) -> Table:
-    """Judge the part by all methods of the table, at most so many cases a scenario; then time them.
+    """Judge cases by all methods of the table, at most so many a scenario; then time them.
 
     Raises:
         ResultsError: see :meth:`steadyload.studies.kit.Lab.judge`.
+        BenchmarkError: the set of the table cannot be read.
     """
-    table, benchmark, folder = plan.table, load_benchmark(), lab.work / "table"
+    table, folder = plan.table, lab.work / "table"
     assert table is not None
+    benchmark = load_benchmark(set_named(table.directory))
+    part = Part.TEST if table.directory else plan.part
+    limit = min((most for most in (table.limit, limit) if most is not None), default=None)
     named = (_key(name, table, workshop) for name in (*table.methods, *table.trainings))
     keys = {key.spec: key for key in named}
     held = _key(table.held, table, workshop)
     judged = lab.judge(
-        tuple(keys), Cases(benchmark, plan.part, limit=limit), folder="table/verdicts",
+        tuple(keys), Cases(benchmark, part, limit=limit), folder="table/verdicts",
         name="learned", shard_size=100,
     ).judged  # fmt: skip
     few = max(1, table.timed // len(Scenario))
     timed_cases = pd.MultiIndex.from_frame(
-        benchmark.select(plan.part, limit=min(few, limit or few))[KEYS]
+        benchmark.select(part, limit=min(few, limit or few))[KEYS]
     )
     layouts = [benchmark.layout(name, scenario) for name, scenario in timed_cases]
     times = timed(
@@ -121,7 +134,10 @@ def judge_table(lab: Lab, plan: Plan, workshop: Workshop, limit: int | None) -> 
 
     own = {group: row_of(held, group) for group in evaluation.rows}
     groups = {group: [row_of(key, group) for key in keys.values()] for group in evaluation.rows}
-    return Table(held, own, groups, evaluation.cost_source.explained())
+    return Table(
+        table.directory, str(part), len(judged.said), judged.clusters.nunique(), held, own, groups,
+        evaluation.cost_source.explained(),
+    )  # fmt: skip
 
 
 def _key(name: str, table: TablePlan, workshop: Workshop) -> MethodKey:

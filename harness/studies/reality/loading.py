@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 import pandas as pd
 
 from steadyload.layouts.benchmark import load_benchmark
-from steadyload.layouts.benchmark.parts import Part
+from steadyload.layouts.benchmark.parts import LISTS, Part
 from steadyload.layouts.model.scenarios import Scenario
 from steadyload.methods.contract.spec import as_plain
 from steadyload.methods.registry import make_method
@@ -156,7 +156,7 @@ def changes(preset: str, found: Fitted) -> dict[str, str]:
 
 
 def judged(lab: Lab, name: str, preset: str, found: Fitted, count: int) -> Evaluation:
-    """Layouts of the labelled set, judged by a preset and by what takes fitted values.
+    """Layouts of many item lists, judged by a preset and by what takes fitted values.
 
     Args:
         lab: an interrupted run goes on in its folder.
@@ -165,7 +165,7 @@ def judged(lab: Lab, name: str, preset: str, found: Fitted, count: int) -> Evalu
         found: what was fitted.
         count: layouts, with centres of mass in the middle of boxes.
     """
-    cases = Cases(load_benchmark(), Part.TEST, (Scenario.S1,), count)
+    cases = Cases(load_benchmark(LISTS), Part.TEST, (Scenario.S1,), count)
     specs = [preset, *changes(preset, found).values()]
     return lab.judge(specs, cases, folder=f"labels_{name}", timeout=TIMEOUT)
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from steadyload.studies.kit import Lab, PublishedPage, Study, methods_option, option, set_option
 
 if TYPE_CHECKING:
-    from steadyload.studies.rankings import Rankings
+    from steadyload.studies.sensitivity.ranking import Rankings
 
 
 class Sensitivity(Study["Rankings"]):
@@ -16,7 +16,7 @@ class Sensitivity(Study["Rankings"]):
     question = "Which conclusions survive another time, threshold or point that is measured?"
     about = "accuracy and rank of every method over the rule by which a loading fails"
     workers = 0
-    pages = (PublishedPage("sensitivity", "--limit 100"),)
+    pages = (PublishedPage("sensitivity", "--directory lists --limit 100"),)
 
     methods: tuple[str, ...] = methods_option(
         "may be repeated (default: the paper's methods, and the best of ours)"
@@ -26,6 +26,6 @@ class Sensitivity(Study["Rankings"]):
 
     def run(self, lab: Lab) -> Rankings:
         """Accuracy of methods by every rule, with their own parameters and with the rule's."""
-        from steadyload.studies.rankings import ranked
+        from steadyload.studies.sensitivity.ranking import ranked
 
         return ranked(lab, self.methods, self.limit, self.directory)

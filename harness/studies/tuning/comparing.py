@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from steadyload.engines.registry import capabilities
 from steadyload.layouts.benchmark import load_benchmark
-from steadyload.layouts.benchmark.parts import PLANAR, Part
+from steadyload.layouts.benchmark.parts import LISTS, PLANAR, Part
 from steadyload.layouts.model.question import Question
 from steadyload.methods.contract.spec import as_plain, bind
 from steadyload.methods.naming import MethodKey
@@ -20,6 +20,7 @@ from steadyload.runs.evaluation import Evaluation
 from steadyload.runs.labels import Cases
 from steadyload.runs.provenance import provenance_lines
 from steadyload.studies.kit import Lab
+from steadyload.studies.tuning.gains import search_gains
 from steadyload.studies.tuning.presets import (
     BUDGETS,
     START,
@@ -60,18 +61,25 @@ _PHYSICAL = {
 }
 """Parameters that get the values of the simulation that makes the labels, by name of the change."""
 
+_BY_HAND = {"eps_t": 10, "eps_r": 10, "frequency": 100, "linear_damping": 0.01}
+"""A point of the paper's own space near the label's thresholds, which short searches miss."""
 
-def compare(lab: Lab, searches: Iterable[Search], limit: int | None = None) -> Found:
+
+def compare(
+    lab: Lab, searches: Iterable[Search], limit: int | None = None, gains: int = 0
+) -> Found:
     """Compare the tuned presets with others on the test part, and measure the gain of each part.
 
-    2-D engines are judged on the planar set, on which the others are judged, too, where parameters
-    are transferred.
+    The cases are those of many item lists; 2-D engines are judged on the planar set, on which the
+    others are judged, too, where parameters are transferred.
 
     Args:
         lab: where it runs; an interrupted study is resumed.
         searches: finished ones, which gave the presets, fronts and seeds; those for another
             question than that of the label are left out.
         limit: largest number of cases a scenario; None for all.
+        gains: cases a scenario on which presets of both questions are compared with the starts of
+            their searches; 0 for none.
 
     Raises:
         TuningError: all searches are for another question than that of the label, none of the
@@ -92,7 +100,9 @@ def compare(lab: Lab, searches: Iterable[Search], limit: int | None = None) -> F
     plans = {engine: _Plan(engine, own) for engine, own in by_engine.items()}
     sets: dict[str, list[str]] = {}
     for engine in plans:
-        sets.setdefault(PLANAR if capabilities(engine).dimensions == 2 else "", []).append(engine)
+        sets.setdefault(PLANAR if capabilities(engine).dimensions == 2 else LISTS, []).append(
+            engine
+        )
     rows: dict[str, list[Any]] = defaultdict(list)
     parts, costs = [], ""
     for name, engines in sorted(sets.items()):
@@ -102,8 +112,8 @@ def compare(lab: Lab, searches: Iterable[Search], limit: int | None = None) -> F
         specs = [spec for engine in engines for spec in plans[engine].specs]
         found = lab.judge(
             list(dict.fromkeys([*specs, *(spec for spec, _ in pairs.values())])),
-            Cases(load_benchmark(name or None), Part.TEST, limit=limit),
-            folder=name or "shipped",
+            Cases(load_benchmark(name), Part.TEST, limit=limit),
+            folder=name,
             name="tuning",
             shard_size=_SHARD_SIZE,
         )
@@ -112,7 +122,7 @@ def compare(lab: Lab, searches: Iterable[Search], limit: int | None = None) -> F
             Carried(a, b, found.row(spec, against=pairs[b, b][0]), ignored)
             for (a, b), (spec, ignored) in pairs.items()
         ]
-        parts.append(OnPart(f"{Part.TEST}, {name}".rstrip(", "), tested, carried))
+        parts.append(OnPart(f"{Part.TEST}, {name}", tested, carried))
         for engine in engines:
             for field, own in plans[engine].rows(found).items():
                 rows[field] += own
@@ -123,6 +133,7 @@ def compare(lab: Lab, searches: Iterable[Search], limit: int | None = None) -> F
         **of_searches(list(dict.fromkeys(ordered))),
         **rows,
         parts=parts,
+        gains=search_gains(lab, sets.get(LISTS, ()), gains) if gains else (),
         costs_explained=costs,
         made_with=provenance_lines(),
     )
@@ -235,6 +246,8 @@ def _steps(engine: str, searches: Sequence[Search], finder: Search) -> dict[str,
     best = next((search for search in searches if search.options.space == PAPERS), None)
     if best is not None:
         steps[f"its protocol, {_effort(best)}"] = papers.spec(best.fittest().genotype)
+    changes = ",".join(f"{name}={value}" for name, value in _BY_HAND.items())
+    steps[f"its protocol, {changes} set by hand"] = f"ps_opt-paper@{engine}:{changes}"
     steps["the label's protocol, nothing searched"] = finder.space.spec(finder.space.start)
     steps[f"that protocol and how the engine is used, {_effort(finder)}"] = f"{TUNED}@{engine}"
     return {title: _spec(spec) for title, spec in steps.items()}

@@ -20,6 +20,7 @@ from steadyload.reports.columns import (
 )
 from steadyload.runs.evaluation import MethodEvaluation
 from steadyload.statistics.estimate import Estimate
+from steadyload.studies.tuning.gains import SearchGain
 from steadyload.studies.tuning.searching import Algorithm, Gene, Point, Searching
 
 BUDGETS = (1.0, 3.0, 10.0, 30.0)
@@ -209,6 +210,7 @@ class Found:
     algorithms: Sequence[Algorithm]
     made_with: Mapping[str, str]
     parts: Sequence[OnPart] = ()
+    gains: Sequence[SearchGain] = ()
     steps: Sequence[Step] = ()
     left_out: Sequence[Variant] = ()
     physical: Sequence[Variant] = ()

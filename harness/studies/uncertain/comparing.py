@@ -38,6 +38,7 @@ from steadyload.studies.uncertain.sampling import (
     PART,
     RANDOM,
     SAMPLING,
+    SET,
     Sampled,
 )
 
@@ -147,6 +148,7 @@ class Found:
     likeliest step has the smallest share.
     """
 
+    labelled_set: str
     part: str
     uncertainty: str
     half_width: float
@@ -180,14 +182,14 @@ class Found:
 
 
 def summarise(uncertain: str, sampled: Sampled, made_with: Mapping[str, str]) -> Found:
-    """The records of a run, compared with the labels of the set that comes with the package.
+    """The records of a run, compared with the labels.
 
     Args:
         uncertain: the deviating quantities, as :func:`parse_uncertainty` reads them.
         sampled: the samples.
         made_with: provenance of the samples.
     """
-    benchmark = load_benchmark()
+    benchmark = load_benchmark(SET)
     labels = benchmark.cases.set_index(KEYS)[["instance", "failing_step", "item_count"]]
     labels = labels.join(benchmark.confidence["robust"])
     keys = {spec: method_key(make_method(spec)) for spec in (*sampled.methods, ALONE_METHOD, CHECK)}
@@ -198,6 +200,7 @@ def summarise(uncertain: str, sampled: Sampled, made_with: Mapping[str, str]) ->
     if len(sampled.check):
         check = _check(keys[CHECK], _Cases(sampled.check, labels))
     return Found(
+        labelled_set=SET,
         part=str(PART),
         uncertainty=str(parse_uncertainty(uncertain)),
         half_width=SAMPLING.half_width,

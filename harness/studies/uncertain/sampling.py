@@ -14,7 +14,7 @@ import pandas as pd
 
 from steadyload.engines.registry import package_versions
 from steadyload.layouts.benchmark import load_benchmark
-from steadyload.layouts.benchmark.parts import Part
+from steadyload.layouts.benchmark.parts import LISTS, Part
 from steadyload.methods.registry import make_method
 from steadyload.methods.uncertainty import parse_uncertainty
 from steadyload.runs import verdict_reliability
@@ -26,8 +26,8 @@ from steadyload.studies.kit import Lab
 from steadyload.studies.uncertain import cases as uncertain_cases
 from steadyload.studies.uncertain.cases import Question, Row, Unit, crashed_row, sample_unit
 
-PART = Part.TEST
-"""The part of the labelled set that comes with the package."""
+SET, PART = LISTS, Part.TEST
+"""The labelled set, and its part on which nothing was chosen."""
 
 METHODS = ("sme", "equilibrium:time=0.3", "lstm_1:outside=accept", "ps_opt@mujoco")
 """Methods of the published page."""
@@ -87,7 +87,7 @@ def sampled_cases(
         parse_uncertainty(text)
     for spec in (*specs, ALONE_METHOD):
         make_method(spec).prepare()
-    benchmark = load_benchmark()
+    benchmark = load_benchmark(SET)
     # Of the code at the time of sampling, not of later changes.
     made = {spec: _made_by(spec) for spec in (*specs, ALONE_METHOD, CHECK)}
 

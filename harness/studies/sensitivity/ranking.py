@@ -14,12 +14,11 @@ from steadyload.methods.naming import MethodKey
 from steadyload.methods.registry import make_method
 from steadyload.reports.columns import column, names, percent, plain_percent, row
 from steadyload.runs.accuracy import accuracy
-from steadyload.runs.comparison import Compared, compared, difference
+from steadyload.runs.comparison import Compared, compared, difference, least_shown
 from steadyload.runs.failure_rules import LIMITS, RULES, TIMES, USUAL, Rule
 from steadyload.runs.judged import JudgedCases, manifest_lines
 from steadyload.runs.labels import Cases
 from steadyload.statistics.estimate import Estimate
-from steadyload.statistics.paired import detectable
 from steadyload.studies.kit import Lab
 
 METHODS = (
@@ -293,7 +292,7 @@ def claim(
         turned=turned,
         least=ordered[0],
         greatest=ordered[-1],
-        shown=max(detectable(own, item_lists) for own in ordered),
+        shown=max(least_shown(each, item_lists) for each in ordered),
     )
 
 
