@@ -31,6 +31,7 @@ from steadyload.studies.convergence.judging import (
     ENGINES,
     ITEM_LIST,
     LOOKED_AT,
+    SECONDS,
     VARIANTS,
     canonical,
 )
@@ -58,7 +59,9 @@ class Compared:
     title: str = column()
     spec: str
     value: float | None = column(about="position on an axis")
-    changed: Estimate = column("changed %", percent, "share of cases with another label")
+    changed: Estimate = column(
+        "changed %", percent, "share with another label of the cases that no time limit ended"
+    )
     changed_stable: Estimate = column("of stable %", percent, "of those that the reference holds")
     changed_unstable: Estimate = column("of unstable %", percent)
     earlier: int = column(about="cases that fail at an earlier step")
@@ -113,7 +116,7 @@ class Found:
     """Convergence of the reference's labels.
 
     ``any_change``: share of cases whose label changes under any change of the numerics;
-    ``item_lists``: of all cases.
+    ``item_lists``: of all cases; ``seconds``: CPU time in which an opinion has to be given.
     """
 
     reference: Sequence[Measured]
@@ -125,6 +128,7 @@ class Found:
     disputes: Sequence[LabelDispute]
     made_with: Mapping[str, str]
     costs: str = CostSource(CostKind.ONE_PROCESS).explained()
+    seconds: float = SECONDS
 
     @property
     def compliant(self) -> list[Compared]:
@@ -228,7 +232,8 @@ def _row(
     said: pd.DataFrame,
     results: pd.DataFrame,
 ) -> Compared:
-    answered = said[said[spec].notna() & said[BASE].notna()]  # of a study that is not finished
+    judged = said[[BASE, spec]].notna().all(axis=1)  # not in a study that is not finished
+    answered = said[judged & (said[spec] != str(Status.TIMEOUT))]
     base, other = answered[BASE], answered[spec]
     changed, stable = (base != other).to_numpy(), (base == STABLE).to_numpy()
     own = results[results["method"] == spec]

@@ -23,6 +23,9 @@ BASE = "label@reference"
 SAMPLE = 17
 """Cases a scenario for slow methods."""
 
+SECONDS = 30.0
+"""CPU time in which a slow method has to judge a case; one that rattles may take it hours."""
+
 SWEPT = 67
 """Cases a scenario for the variants that are not :attr:`Variant.decisive`."""
 
@@ -132,17 +135,17 @@ def convergence_studies(
     decisive = [v.spec for v in VARIANTS if v.decisive]
     other = [v.spec for v in VARIANTS if not v.decisive]
     parts = {
-        "all": ([BASE, *decisive, *map(canonical, ENGINES)], cases, 30),
-        "sweep": ([BASE, *other], min(SWEPT, cases), 30),
+        "all": ([BASE, *decisive, *map(canonical, ENGINES)], cases, 30, None),
+        "sweep": ([BASE, *other], min(SWEPT, cases), 30, None),
     }
     if sample:
-        parts["opinions"] = ([BASE, *map(canonical, opinions)], sample, 5)
+        parts["opinions"] = ([BASE, *map(canonical, opinions)], sample, 5, SECONDS)
     return {
         name: StudyDefinition(
             name, tuple(methods), benchmark=Part.TEST, benchmark_directory=LISTS, limit=count,
-            shard_size=size,
+            shard_size=size, timeout=seconds,
         )
-        for name, (methods, count, size) in parts.items()
+        for name, (methods, count, size, seconds) in parts.items()
     }  # fmt: skip
 
 
