@@ -140,8 +140,8 @@ def test_the_page_of_all_results(tmp_path, assert_drawn):
         "2.8 points; it adds significantly on bullet (1.3 [0.8, 1.8]).",
         "On the 900 cases of the set `lists` that [evaluation](../evaluation/report.md) is of, "
         "searches add significantly to it on bullet (within, 3.0 [2.5, 3.5] points), bullet "
-        "(stands, 5.0 [4.5, 5.5] points). On the others a gain of less than 0.8 to 0.8 points would "
-        "probably be missed.",
+        "(stands, 5.0 [4.5, 5.5] points). On the others a gain of less than 0.8 to 0.8 points "
+        "would probably be missed.",
         "| stands | dart | 900 | 94.0 [93.5, 94.5] | 94.0 [93.5, 94.5] | 0.1 [-0.4, 0.6] |",
         "1 of 2 changes cost accuracy significantly: friction on bullet (-3.1 [-3.6, -2.6]).",
         "all are reached on bullet; dart is 97.1 [96.6, 97.6] % accurate.",
