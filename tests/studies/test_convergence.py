@@ -17,6 +17,7 @@ from steadyload.studies.convergence.study import Convergence
 from steadyload.studies.kit import Lab
 
 LABELS = {"a": None, "b": 2, "c": 3, "d": None}
+LISTS = {"a": ("1", "x"), "b": ("1", "y"), "c": ("2", "z"), "d": ("2", "w")}
 ITEMS = {"a": 4, "b": 8, "c": 8, "d": 12}
 MUJOCO = canonical(LOOKED_AT[0])
 BULLET = canonical("label@bullet:frequency=90")
@@ -37,7 +38,8 @@ def judged(methods, **changes):
             step = None if isinstance(said, str) else said
             moved = None if step is None else 12.0
             rows.append(
-                {"layout": layout, "method": method, "status": status, "failing_step": step,
+                {"layout": layout, "scenario": "S1", "item_list": LISTS[layout],
+                 "method": method, "status": status, "failing_step": step,
                  "item_count": ITEMS[layout], "cpu_total": 0.001 if method == BASE else 0.002,
                  "displacement_cm": moved, "rotation_deg": moved}
             )  # fmt: skip
@@ -63,8 +65,9 @@ def by_title(rows, title):
 
 def test_changed_labels_are_counted_by_direction(found):
     friction = by_title(found.variants, FRICTION)
-    assert (friction.changed.value, friction.changed.n) == (0.5, 4)
-    assert (friction.changed_stable.value, friction.changed_unstable.value) == (0.5, 0.5)
+    # What a time limit ended is no other label.
+    assert (friction.changed.value, friction.changed.n) == (pytest.approx(1 / 3), 3)
+    assert (friction.changed_stable.value, friction.changed_unstable.value) == (0.0, 0.5)
     assert (friction.earlier, friction.later, friction.without_verdict) == (0, 1, {"timeout": 1})
     tolerance = by_title(found.variants, TOLERANCE)
     assert (tolerance.changed.value, tolerance.earlier, tolerance.later) == (0.25, 1, 0)
@@ -88,7 +91,8 @@ def test_soft_contacts_are_a_change_of_the_model_with_a_section_of_their_own(fou
 
 def test_a_layout_on_which_a_fine_engine_differs_is_a_dispute(found):
     (dispute,) = found.disputes
-    assert (dispute.layout, dispute.item_count, dispute.label) == ("c", 8, "3")
+    assert (dispute.layout, dispute.scenario) == ("c", "S1")
+    assert (dispute.item_count, dispute.label) == (8, "3")
     assert dispute.moved == (12.0, 12.0)
     assert dispute.said["mujoco 480 Hz"] == "2"
     assert dispute.said["bullet 480 Hz"] == dispute.said["mujoco 1000 Hz"] == "3"
@@ -114,9 +118,9 @@ def test_the_page_shows_what_was_found(found, assert_shown):
 
 @pytest.mark.deep("the reference at its finest tolerances and by another integrator: 27 s")
 def test_labels_are_judged_once(tmp_path):
-    asked, lab = Convergence(layouts=2, sample=1), Lab(tmp_path, 0)
+    asked, lab = Convergence(cases=1, sample=1), Lab(tmp_path, 0)
     found = asked.run(lab)
-    assert {own.changed.n for own in found.variants} == {2}
+    assert {own.changed.n for own in found.variants} == {3}
     assert {own.title for own in found.opinions} == {canonical(spec) for spec in OPINIONS}
     stamps = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*.parquet")}
     assert repr(asked.run(lab)) == repr(found), "equal but for what is no number"

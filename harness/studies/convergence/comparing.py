@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import pandas as pd
 
+from steadyload.layouts.benchmark.dataset import KEYS
 from steadyload.methods.contract.method import Status
 from steadyload.methods.registry import make_method
 from steadyload.reports.columns import (
@@ -25,7 +26,15 @@ from steadyload.reports.columns import (
 from steadyload.runs.costs import CostKind, CostSource
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import mean, share
-from steadyload.studies.convergence.judging import BASE, ENGINES, LOOKED_AT, VARIANTS, canonical
+from steadyload.studies.convergence.judging import (
+    BASE,
+    ENGINES,
+    ITEM_LIST,
+    LOOKED_AT,
+    SECONDS,
+    VARIANTS,
+    canonical,
+)
 
 STABLE = "stable"
 _STIFFNESS = "stiffness [N/m]"
@@ -50,10 +59,12 @@ class Compared:
     title: str = column()
     spec: str
     value: float | None = column(about="position on an axis")
-    changed: Estimate = column("changed %", percent, "share of layouts with another label")
+    changed: Estimate = column(
+        "changed %", percent, "share with another label of the cases that no time limit ended"
+    )
     changed_stable: Estimate = column("of stable %", percent, "of those that the reference holds")
     changed_unstable: Estimate = column("of unstable %", percent)
-    earlier: int = column(about="layouts that fail at an earlier step")
+    earlier: int = column(about="cases that fail at an earlier step")
     later: int = column()
     cpu: Estimate = column("CPU ms", milliseconds)
     slowest: float = column("slowest ms", significant)
@@ -61,7 +72,7 @@ class Compared:
 
     @property
     def equal(self) -> Estimate:
-        """Share of layouts with the same label."""
+        """Share of cases with the same label."""
         changed = self.changed
         return Estimate(1.0 - changed.value, 1.0 - changed.high, 1.0 - changed.low, changed.n)
 
@@ -85,9 +96,10 @@ def _moved(movement: tuple[float, float] | None) -> str:
 
 @row
 class LabelDispute:
-    """A layout on which another method differs: failing steps, ``stable`` or a status."""
+    """A case on which another method differs: failing steps, ``stable`` or a status."""
 
     layout: str = column(form=markdown)
+    scenario: str = column()
     item_count: int = column("items")
     label: str = column("reference", left=False)
     moved: tuple[float, float] | None = column(
@@ -103,7 +115,8 @@ class LabelDispute:
 class Found:
     """Convergence of the reference's labels.
 
-    ``any_change``: share of layouts whose label changes under any change of the numerics.
+    ``any_change``: share of cases whose label changes under any change of the numerics;
+    ``item_lists``: of all cases; ``seconds``: CPU time in which an opinion has to be given.
     """
 
     reference: Sequence[Measured]
@@ -111,9 +124,11 @@ class Found:
     engines: Sequence[Compared]
     opinions: Sequence[Compared]
     any_change: Estimate
+    item_lists: int
     disputes: Sequence[LabelDispute]
     made_with: Mapping[str, str]
     costs: str = CostSource(CostKind.ONE_PROCESS).explained()
+    seconds: float = SECONDS
 
     @property
     def compliant(self) -> list[Compared]:
@@ -163,13 +178,17 @@ def compare(
     ]
     both = swept.join(said[[c for c in said.columns if c not in swept.columns]])
     base = everything[everything["method"] == BASE]
-    any_change = share(_changed(both, numerical))
+    lists = _lists(everything)
+    any_change = share(_changed(both, numerical), lists.loc[both.index].to_numpy())
     default = _row("", "default", BASE, None, said, everything)
     return Found(
         reference=[
-            Measured("layouts", str(default.changed.n)),
-            Measured("items a layout", milliseconds(mean(base["item_count"]))),
-            Measured("stable %", percent(share((said[BASE] == STABLE).to_numpy()))),
+            Measured("cases", str(default.changed.n)),
+            Measured("items a layout", milliseconds(mean(base["item_count"], base[ITEM_LIST]))),
+            Measured(
+                "stable %",
+                percent(share((said[BASE] == STABLE).to_numpy(), lists.loc[said.index].to_numpy())),
+            ),
             Measured("CPU ms a layout", milliseconds(default.cpu)),
             Measured("slowest, ms", significant(default.slowest)),
             *(Measured(f"CPU ms, {band}", milliseconds(time)) for band, time in _by_size(base)),
@@ -182,6 +201,7 @@ def compare(
         engines=engines,
         opinions=slow,
         any_change=any_change,
+        item_lists=lists.nunique(),
         disputes=_disputes(said, both, base),
         made_with=made_with,
     )
@@ -192,11 +212,16 @@ def _compliant(group: str, value: float | None) -> bool:
 
 
 def _answers(results: pd.DataFrame) -> pd.DataFrame:
-    """Verdict of every method (column) on every layout: failing step, ``stable``, or a status."""
+    """Verdict of every method (column) on every case: failing step, ``stable``, or a status."""
     step = results["failing_step"].astype(object).where(results["failing_step"].notna(), STABLE)
     text = step.map(str).where(results["status"] == str(Status.DONE), results["status"])
     frame = results.assign(said=text)
-    return frame.pivot(index="layout", columns="method", values="said")
+    return frame.pivot(index=KEYS, columns="method", values="said")
+
+
+def _lists(results: pd.DataFrame) -> pd.Series:
+    """The item list of every case."""
+    return results.drop_duplicates(KEYS).set_index(KEYS)[ITEM_LIST]
 
 
 def _row(
@@ -207,21 +232,23 @@ def _row(
     said: pd.DataFrame,
     results: pd.DataFrame,
 ) -> Compared:
-    answered = said[said[spec].notna() & said[BASE].notna()]  # of a study that is not finished
+    judged = said[[BASE, spec]].notna().all(axis=1)  # not in a study that is not finished
+    answered = said[judged & (said[spec] != str(Status.TIMEOUT))]
     base, other = answered[BASE], answered[spec]
     changed, stable = (base != other).to_numpy(), (base == STABLE).to_numpy()
     own = results[results["method"] == spec]
+    lists = _lists(results).loc[answered.index].to_numpy()
     return Compared(
         group=group,
         title=title,
         spec=spec,
         value=value,
-        changed=share(changed),
-        changed_stable=share(changed[stable]),
-        changed_unstable=share(changed[~stable]),
+        changed=share(changed, lists),
+        changed_stable=share(changed[stable], lists[stable]),
+        changed_unstable=share(changed[~stable], lists[~stable]),
         later=int(((base != STABLE) & (_step(other) > _step(base))).sum()),
         earlier=int((_step(other) < _step(base)).sum()),
-        cpu=mean(1e3 * own["cpu_total"]),
+        cpu=mean(1e3 * own["cpu_total"], own[ITEM_LIST]),
         slowest=float(1e3 * own["cpu_total"].max()),
         without_verdict=own[own["status"] != str(Status.DONE)]["status"].value_counts().to_dict(),
     )
@@ -240,12 +267,16 @@ def _by_size(base: pd.DataFrame) -> list[tuple[str, Estimate]]:
     """CPU time of the reference by number of items."""
     bands = ((1, 5), (6, 10), (11, 15), (16, 20))
     parts = {f"{a} to {b} items": base[base["item_count"].between(a, b)] for a, b in bands}
-    return [(band, mean(1e3 * part["cpu_total"])) for band, part in parts.items() if len(part)]
+    return [
+        (band, mean(1e3 * part["cpu_total"], part[ITEM_LIST]))
+        for band, part in parts.items()
+        if len(part)
+    ]
 
 
 def _disputes(said: pd.DataFrame, swept: pd.DataFrame, base: pd.DataFrame) -> list[LabelDispute]:
-    """Every layout on which a method of :data:`LOOKED_AT` differs, and its label's changes."""
-    base = base.set_index("layout")
+    """Every case on which a method of :data:`LOOKED_AT` differs, and its label's changes."""
+    base = base.set_index(KEYS)
     specs = [canonical(text) for text in LOOKED_AT]
     fine = {
         f"{method.engine} {values['frequency']} Hz": str(method)
@@ -253,23 +284,19 @@ def _disputes(said: pd.DataFrame, swept: pd.DataFrame, base: pd.DataFrame) -> li
         if float((values := dict(method.values))["frequency"]) >= _FINE
     }
     disputes = []
-    for layout in said.index[_changed(said, specs)]:
-        label = said.loc[layout, BASE]
-        table = swept if layout in swept.index else said
+    for case in said.index[_changed(said, specs)]:
+        label = said.loc[case, BASE]
+        table = swept if case in swept.index else said
+        moved = base.loc[case, ["displacement_cm", "rotation_deg"]]
         tried = [v for v in VARIANTS if v.spec in table.columns]
         disputes.append(
             LabelDispute(
-                layout=str(layout),
-                item_count=int(base.loc[layout, "item_count"]),
+                *map(str, case),
+                item_count=int(base.loc[case, "item_count"]),
                 label=label,
-                moved=None
-                if base.loc[layout, ["displacement_cm", "rotation_deg"]].isna().any()
-                else (
-                    float(base.loc[layout, "displacement_cm"]),
-                    float(base.loc[layout, "rotation_deg"]),
-                ),
-                said={title: said.loc[layout, spec] for title, spec in fine.items()},
-                changes_under=[v.title for v in tried if table.loc[layout, v.spec] != label]
+                moved=None if moved.isna().any() else (float(moved.iloc[0]), float(moved.iloc[1])),
+                said={title: said.loc[case, spec] for title, spec in fine.items()},
+                changes_under=[v.title for v in tried if table.loc[case, v.spec] != label]
                 or [f"none of {len(tried)}"],
             )
         )

@@ -9,20 +9,28 @@ from pathlib import Path
 
 import pandas as pd
 
+from steadyload.layouts.benchmark.dataset import KEYS
+from steadyload.layouts.benchmark.parts import LISTS, Part
 from steadyload.methods.registry import make_method
 from steadyload.runs.definition import StudyDefinition
+from steadyload.runs.labels import item_lists, load_labels
 from steadyload.runs.provenance import provenance_lines
 from steadyload.runs.results import load_manifest, load_results
 from steadyload.runs.runner import run_study
 from steadyload.studies.kit import Lab
 
 BASE = "label@reference"
-SEED = 7
-SAMPLE = 50
-"""Number of layouts for slow methods."""
+SAMPLE = 17
+"""Cases a scenario for slow methods."""
 
-SWEPT = 200
-"""Number of layouts for the variants that are not :attr:`Variant.decisive`."""
+SECONDS = 30.0
+"""CPU time in which a slow method has to judge a case; one that rattles may take it hours."""
+
+SWEPT = 67
+"""Cases a scenario for the variants that are not :attr:`Variant.decisive`."""
+
+ITEM_LIST = "item_list"
+"""Column of results: the item list of the case, within its class of items."""
 
 _STIFFNESSES = (1e5, 1e6, 1e7, 3e7, 1e8, 3e8, 3e9, 1e10)
 _STIFFNESS, _MOST_RATE = 1e9, 3e4
@@ -34,7 +42,7 @@ class Variant:
     """One change of the reference.
 
     ``value``: position on the axis of a plot, where it is a number. A ``decisive`` change is tried
-    on all layouts, any other on the first :data:`SWEPT`.
+    on all cases, any other on the first :data:`SWEPT` of a scenario.
     """
 
     group: str
@@ -99,13 +107,13 @@ ENGINES: tuple[str, ...] = tuple(
     )
     for frequency in frequencies
 )
-"""Other methods under the label's criterion, on all layouts."""
+"""Other methods under the label's criterion, on all cases."""
 
 OPINIONS: tuple[str, ...] = (
     "label@reference:integrator=radau,tolerance=1e-6",  # the engine's own are a hundredth of these
     "label@reference:contact=adams",
 )
-"""Slow methods, on a sample of the layouts."""
+"""Slow methods, on a sample of the cases."""
 
 SECOND_MODEL = "label@drake"
 """Another slow method, with a contact model of its own; optional."""
@@ -115,33 +123,37 @@ LOOKED_AT = ("label@mujoco:frequency=480", "label@bullet:frequency=480")
 
 
 def convergence_studies(
-    layouts: int, sample: int = SAMPLE, opinions: Sequence[str] = OPINIONS
+    cases: int, sample: int = SAMPLE, opinions: Sequence[str] = OPINIONS
 ) -> dict[str, StudyDefinition]:
-    """Definitions of the runs, by the name of their folder; all on the first of the same layouts.
+    """Definitions of the runs, by the name of their folder; all on the first of the same cases.
 
     Args:
-        layouts: number for the reference, its decisive variants and the other engines.
+        cases: number a scenario for the reference, its decisive variants and the other engines.
         sample: number for the slow methods; 0 leaves them out.
         opinions: the slow methods.
     """
     decisive = [v.spec for v in VARIANTS if v.decisive]
     other = [v.spec for v in VARIANTS if not v.decisive]
     parts = {
-        "all": ([BASE, *decisive, *map(canonical, ENGINES)], layouts, 30),
-        "sweep": ([BASE, *other], min(SWEPT, layouts), 30),
+        "all": ([BASE, *decisive, *map(canonical, ENGINES)], cases, 30, None),
+        "sweep": ([BASE, *other], min(SWEPT, cases), 30, None),
     }
     if sample:
-        parts["opinions"] = ([BASE, *map(canonical, opinions)], sample, 5)
+        parts["opinions"] = ([BASE, *map(canonical, opinions)], sample, 5, SECONDS)
     return {
-        name: StudyDefinition(name, tuple(methods), generated=count, seed=SEED, shard_size=size)
-        for name, (methods, count, size) in parts.items()
-    }
+        name: StudyDefinition(
+            name, tuple(methods), benchmark=Part.TEST, benchmark_directory=LISTS, limit=count,
+            shard_size=size, timeout=seconds,
+        )
+        for name, (methods, count, size, seconds) in parts.items()
+    }  # fmt: skip
 
 
 def judged(
-    lab: Lab, layouts: int, sample: int = SAMPLE, opinions: Sequence[str] = OPINIONS
+    lab: Lab, cases: int, sample: int = SAMPLE, opinions: Sequence[str] = OPINIONS
 ) -> list[pd.DataFrame]:
-    """The results of each run of :func:`convergence_studies`; missing rows are judged.
+    """The results of each run of :func:`convergence_studies`, with the column :data:`ITEM_LIST`;
+    missing rows are judged.
 
     Raises:
         EngineNotInstalledError: a method's engine is missing.
@@ -150,13 +162,15 @@ def judged(
     for spec in opinions:  # so that a missing library is reported at once, not after an hour
         make_method(spec).prepare()
     frames = []
-    for name, study in convergence_studies(layouts, sample, opinions).items():
+    for name, study in convergence_studies(cases, sample, opinions).items():
         lab.work.mkdir(parents=True, exist_ok=True)
         run_study(
             study, lab.work / name, workers=lab.workers,
             progress=lambda *of: lab.progress("judging", *of),
         )  # fmt: skip
-        frames.append(load_results(lab.work / name))
+        labels = load_labels(lab.work / name)
+        lists = pd.Series(item_lists(labels), labels.index, name=ITEM_LIST)
+        frames.append(load_results(lab.work / name).join(lists, on=KEYS))
     return frames
 
 
@@ -165,8 +179,10 @@ def made_with(directory: Path) -> dict[str, str]:
     lines: dict[str, str] = {}
     for folder in sorted(directory.glob("*/manifest.json")):
         manifest = load_manifest(folder.parent)
-        study = manifest["study"]
-        lines[f"{study['name']}: layouts"] = f"{study['generated']} generated, seed {study['seed']}"
+        study, about = manifest["study"], manifest["labels"]
+        lines[f"{study['name']}: cases"] = (
+            f"{about['cases']} of part {about['part']} of {about['set']}"
+        )
         for key, text in provenance_lines(manifest).items():
             lines[f"{study['name']}: {key}"] = text
     return lines

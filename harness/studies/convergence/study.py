@@ -11,19 +11,23 @@ if TYPE_CHECKING:
 
 
 class Convergence(Study["Found"]):
-    """Number of layouts, and further methods to compare with."""
+    """Number of cases, and further methods to compare with."""
 
     question = "Are the reference's labels converged?"
     about = "change the reference one parameter at a time; compare it with other methods"
     workers = 0
     pages = (PublishedPage("convergence", "--second-model"),)
 
-    layouts: int = option(900, "default: 900", least=1)
-    sample: int = option(50, "layouts that slow methods judge; 0 for none (default: 50)", least=0)
+    cases: int = option(
+        100, "cases a scenario of part test of the set of many lists (default: 100)", least=1
+    )
+    sample: int = option(
+        17, "cases a scenario that slow methods judge; 0 for none (default: 17)", least=0
+    )
     second_model: bool = option(False, "judge by Drake, too (needs the extra `drake`)")
 
     def run(self, lab: Lab) -> Found:
-        """Labels that change, judged in runs of their own on the first of the same layouts."""
+        """Labels that change, judged in runs of their own on the first of the same cases."""
         from steadyload.studies.convergence.comparing import compare
         from steadyload.studies.convergence.judging import (
             OPINIONS,
@@ -33,5 +37,5 @@ class Convergence(Study["Found"]):
         )
 
         opinions = (*OPINIONS, SECOND_MODEL) if self.second_model else OPINIONS
-        found = judged(lab, self.layouts, self.sample, opinions)
+        found = judged(lab, self.cases, self.sample, opinions)
         return compare(made_with(lab.work), *found)
