@@ -285,13 +285,15 @@ def _disputes(said: pd.DataFrame, swept: pd.DataFrame, base: pd.DataFrame) -> li
     }
     disputes = []
     for case in said.index[_changed(said, specs)]:
+        layout, scenario = map(str, case)
         label = said.loc[case, BASE]
         table = swept if case in swept.index else said
         moved = base.loc[case, ["displacement_cm", "rotation_deg"]]
         tried = [v for v in VARIANTS if v.spec in table.columns]
         disputes.append(
             LabelDispute(
-                *map(str, case),
+                layout=layout,
+                scenario=scenario,
                 item_count=int(base.loc[case, "item_count"]),
                 label=label,
                 moved=None if moved.isna().any() else (float(moved.iloc[0]), float(moved.iloc[1])),

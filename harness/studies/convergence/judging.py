@@ -134,7 +134,7 @@ def convergence_studies(
     """
     decisive = [v.spec for v in VARIANTS if v.decisive]
     other = [v.spec for v in VARIANTS if not v.decisive]
-    parts = {
+    parts: dict[str, tuple[list[str], int, int, float | None]] = {
         "all": ([BASE, *decisive, *map(canonical, ENGINES)], cases, 30, None),
         "sweep": ([BASE, *other], min(SWEPT, cases), 30, None),
     }
