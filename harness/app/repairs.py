@@ -294,8 +294,7 @@ def repair_each(
         WorkerDiedError: see :func:`steadyload.runs.pool.run_units`.
     """
     if options.method is not None:
-        method = options.method
-        named = method_of(method)
+        named = method_of(options.method)
         use_methods([named])
         named.prepare()
         options = replace(options, method=str(named.spec))

@@ -27,7 +27,8 @@ from steadyload.runs.judged import JudgedCases
 from steadyload.statistics.clusters import Clusters, Labels
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import mean, share
-from steadyload.statistics.paired import LEVEL, detectable, holm, letters, sign_flip
+from steadyload.statistics.paired import LEVEL, holm, letters, sign_flip
+from steadyload.statistics.paired import detectable as detectable
 
 M = TypeVar("M", bound=Hashable)
 """What names a method."""
@@ -282,19 +283,6 @@ def difference(first: ArrayLike, second: ArrayLike, clusters: Labels) -> Estimat
     """
     one, other = (np.atleast_2d(np.asarray(right, dtype=float)) for right in (first, second))
     return mean(one.mean(axis=0) - other.mean(axis=0), clusters)
-
-
-def least_shown(difference: Estimate, clusters: int) -> float:
-    """The least true difference between two methods that a set shows in four of five cases.
-
-    Args:
-        difference: that was found on the set.
-        clusters: number of item lists.
-
-    Returns:
-        see :func:`steadyload.statistics.paired.detectable`.
-    """
-    return detectable(difference, clusters)
 
 
 def compared(judged: JudgedCases) -> Compared[MethodKey]:

@@ -1,4 +1,4 @@
-"""What searches add to their starts, counted by hand on a few labelled cases."""
+"""Accuracy that searches add to their starts, counted by hand on a few labelled cases."""
 
 import pandas as pd
 import pytest

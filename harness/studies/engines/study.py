@@ -62,12 +62,8 @@ class EngineStudy(Study["Found"]):
         made_with = provenance_lines()  # of the code that measures
         drawn = Drawn(self.layouts, _SEED)
         counts = [n for n in ITEM_COUNTS if n <= self.most_items]
-        limits = {LISTS: self.cases} | ({REAL: self.real_cases} if self.real_cases else {})
-        evaluated = {
-            name: judged_by_designs(lab, name, limit)
-            for name, limit in limits.items()
-            if "sources" in parts
-        }
+        limits = {LISTS: self.cases, REAL: self.real_cases} if "sources" in parts else {}
+        evaluated = {n: judged_by_designs(lab, n, limit) for n, limit in limits.items() if limit}
         return Found(
             {"generated layouts": f"{self.layouts}, seed {_SEED}"} | made_with,
             engine_agreement(lab, drawn) if "agreement" in parts else None,

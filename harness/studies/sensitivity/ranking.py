@@ -14,7 +14,7 @@ from steadyload.methods.naming import MethodKey
 from steadyload.methods.registry import make_method
 from steadyload.reports.columns import column, names, percent, plain_percent, row
 from steadyload.runs.accuracy import accuracy
-from steadyload.runs.comparison import Compared, compared, difference, least_shown
+from steadyload.runs.comparison import Compared, compared, detectable, difference
 from steadyload.runs.failure_rules import LIMITS, RULES, TIMES, USUAL, Rule
 from steadyload.runs.judged import JudgedCases, manifest_lines
 from steadyload.runs.labels import Cases
@@ -292,7 +292,7 @@ def claim(
         turned=turned,
         least=ordered[0],
         greatest=ordered[-1],
-        shown=max(least_shown(each, item_lists) for each in ordered),
+        shown=max(detectable(each, item_lists) for each in ordered),
     )
 
 

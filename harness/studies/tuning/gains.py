@@ -10,7 +10,7 @@ from steadyload.layouts.model.question import Question, with_question
 from steadyload.methods.registry import make_method
 from steadyload.methods.tuned import TUNED, tuned, tuned_name
 from steadyload.reports.columns import column, percent, plain_percent, row
-from steadyload.runs.comparison import least_shown
+from steadyload.runs.comparison import detectable
 from steadyload.runs.labels import Cases
 from steadyload.statistics.estimate import Estimate
 from steadyload.studies.kit import Lab
@@ -62,7 +62,7 @@ def search_gains(lab: Lab, engines: Iterable[str], limit: int) -> list[SearchGai
             for engine, (start, own) in specs.items():
                 before, after = found.row(start).accuracy, found.row(own).accuracy
                 gain = found.difference(own, start)
-                least = least_shown(gain, found.judged.clusters.nunique())
+                least = detectable(gain, found.judged.clusters.nunique())
                 gains.append(SearchGain(question, engine, after.n, before, after, gain, least))
     return gains
 
