@@ -305,7 +305,7 @@ def test_a_file_says_what_flags_would_and_flags_override_it(tmp_path):
     )
     file.write_text("second_model = true\nsample = 0\n")
     made = running.command_of(["study", "convergence", "--config", str(file)])
-    assert (made.second_model, made.sample, made.layouts) == (True, 0, 900)
+    assert (made.second_model, made.sample, made.cases) == (True, 0, 100)
 
 
 @pytest.mark.parametrize(

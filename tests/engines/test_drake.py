@@ -151,5 +151,5 @@ def test_a_missing_judge_shows_before_anything_is_computed(monkeypatch, tmp_path
     )
     monkeypatch.setitem(registry.ENGINES, "drake", entry)
     with pytest.raises(EngineNotInstalledError, match="drake"):
-        judged(Lab(tmp_path / "work"), layouts=1, sample=1, opinions=("label@drake",))
+        judged(Lab(tmp_path / "work"), cases=1, sample=1, opinions=("label@drake",))
     assert not (tmp_path / "work").exists()
