@@ -21,6 +21,7 @@ from steadyload.reports.table import (
     factor,
     fixed,
     general,
+    least_shown,
     milliseconds,
     names,
     one_decimal,
@@ -33,8 +34,8 @@ from steadyload.reports.table import (
 
 __all__ = [
     "cell", "column", "compact", "counts", "decimal", "duration", "factor", "fixed", "general",
-    "markdown", "milliseconds", "names", "one_decimal", "p_value", "percent", "plain_percent",
-    "row", "significant", "table", "yes_no",
+    "least_shown", "markdown", "milliseconds", "names", "one_decimal", "p_value", "percent",
+    "plain_percent", "row", "significant", "table", "yes_no",
 ]  # fmt: skip
 
 Row = TypeVar("Row")

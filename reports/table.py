@@ -87,6 +87,12 @@ def plain_percent(value: float | None, digits: int = 1) -> str:
     return MISSING if value is None else f"{100.0 * value:.{digits}f}"
 
 
+def least_shown(difference: float | None) -> str:
+    """``1.2``: the least difference that cases show, in points; missing where they show none."""
+    shows = difference and math.isfinite(difference)
+    return plain_percent(difference) if shows else MISSING
+
+
 def general(value: float | None) -> str:
     """A number in its shortest form."""
     return MISSING if value is None else f"{value:g}"

@@ -25,6 +25,7 @@ from steadyload.reports.pages.page import Block, Page, Picture, Section
 FORMS: Mapping[str, Callable[..., str]] = {
     "percent": table.percent,
     "plain_percent": table.plain_percent,
+    "least_shown": table.least_shown,
     "ms": table.milliseconds,
     "decimal": table.decimal,
     "factor": table.factor,

@@ -19,7 +19,8 @@ from steadyload.methods.cascade.thresholds import (
     write_thresholds,
 )
 from steadyload.methods.registry import make_method
-from steadyload.reports.table import factor, milliseconds, percent
+from steadyload.reports.table import factor, least_shown, milliseconds, percent
+from steadyload.runs.comparison import detectable
 from steadyload.runs.results import load_results
 from steadyload.statistics.estimate import Estimate
 from steadyload.studies.cascade.comparing import aims, compare
@@ -102,6 +103,7 @@ def test_all_are_judged_on_the_same_cases_and_held_against_the_cascade(study):
     fbs, last = record.others
     assert (fbs.method.spec, last.method.spec) == ("fbs", LAST)
     assert fbs.ahead.value == pytest.approx(record.cascade.accuracy.value - fbs.accuracy.value)
+    assert fbs.shown == detectable(fbs.ahead, record.item_lists)
     assert record.best == last
     assert record.cascade == record.swept[0]
     assert (record.cascade.ahead, record.cascade.cost_ratio) == (None, None)
@@ -149,7 +151,7 @@ def test_the_page_shows_what_was_found(study, assert_shown):
         record,
         answer=[
             *(percent(own.accuracy), record.cases, milliseconds(own.cpu)),
-            *(percent(best.ahead), factor(best.cost_ratio)),
+            *(percent(best.ahead), least_shown(best.shown), factor(best.cost_ratio)),
         ],
         tables=[
             *(record.aims, [own, *record.others], record.stages, record.swept, record.ladders),

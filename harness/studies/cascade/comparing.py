@@ -5,22 +5,17 @@ Shares are 0 to 1, times in ms a layout.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
-import numpy as np
-import pandas as pd
-
 from steadyload.config import bind
 from steadyload.errors import nearest
 from steadyload.layouts.benchmark.parts import UNLEARNT, Part, set_named
-from steadyload.layouts.model.layout import Layout
-from steadyload.methods.cascade.cascade import Cascade, Decision
-from steadyload.methods.cascade.thresholds import Ladder, Larger
-from steadyload.methods.cascade.thresholds import Stage as LadderStage
-from steadyload.methods.naming import MethodKey, method_key
+from steadyload.methods.cascade.cascade import Cascade
+from steadyload.methods.cascade.thresholds import Ladder
+from steadyload.methods.naming import MethodKey
 from steadyload.methods.registry import make_method
 from steadyload.reports.columns import (
     column,
@@ -28,12 +23,14 @@ from steadyload.reports.columns import (
     factor,
     fixed,
     general,
+    least_shown,
     milliseconds,
     names,
     percent,
     plain_percent,
     row,
 )  # fmt: skip
+from steadyload.runs.comparison import detectable
 from steadyload.runs.costs import CostKind, CostSource
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.evaluation import MethodEvaluation, evaluate
@@ -42,8 +39,7 @@ from steadyload.runs.provenance import provenance_lines, source_line
 from steadyload.runs.runner import run_study
 from steadyload.runs.timing import load_while
 from steadyload.statistics.estimate import Estimate
-from steadyload.statistics.metrics import share
-from steadyload.statistics.placed import items_placed_by_case
+from steadyload.studies.cascade.stages import Stage, decisions_of, stages_of
 from steadyload.studies.kit import Lab
 from steadyload.tuning import TuningError
 
@@ -82,26 +78,15 @@ class Judged:
     accuracy: Estimate = column("accuracy %", percent)
     cpu: Estimate = column("CPU ms", milliseconds)
     ahead: Estimate | None = column("cascade ahead", percent, "accuracy of the cascade minus its")
+    shown: float | None = column(
+        "shown", least_shown,
+        "least difference that these cases show with a probability of 80 %",
+    )  # fmt: skip
     cost_ratio: Estimate | None = column("share of its time", factor, "CPU time of the cascade")
     substeps: float | None = column(
         form=lambda count: fixed(count, 1), about="of the engine, mean a layout; None without one"
     )
     budget: str = column("budget, points", about="of a cascade; empty for other methods")
-
-
-@row
-class Stage:
-    """Decisions by one pair of thresholds; without any it is the last stage, for what is left."""
-
-    stage: str = column()
-    low: float | None = column("stable below", _three, "of the step score; None: it never accepts")
-    high: float | None = column(
-        "unstable above", lambda high: fixed(high, 4), "likewise; None: it never rejects"
-    )
-    steps: Estimate = column("steps %", percent, "share of all steps that it decided")
-    right: Estimate = column("right %", percent, "of these, up to the label's failing step")
-    layouts: Estimate = column("layouts %", percent, "share that needed it and no later one")
-    layouts_right: Estimate = column("right %", percent, "of these layouts")
 
 
 @row
@@ -254,25 +239,27 @@ def compare(
     )
     source = CostSource(CostKind.IN_TURNS, load=load)
     evaluation = evaluate(run, source=source, by_scenario=False)
+    labels = load_labels(run)
+    item_lists = labels["instance"].nunique()
     rows = [
-        _row(evaluation.row(spec, against=own), budgets.get(spec)) for spec in definition.methods
+        _row(evaluation.row(spec, against=own), budgets.get(spec), item_lists)
+        for spec in definition.methods
     ]
     others = [method for method in rows if not method.budget]
     simulations = [method for method in others if method.method.engine]
-    labels = load_labels(run)
-    steps, layouts = _decisions(cascade, labelled_cases(definition), labels)
+    steps, layouts = decisions_of(cascade, labelled_cases(definition), labels)
     fitted_on = [made_by.get("directory") or "", *made_by["data"]]  # sets; empty: the large one
     return Found(
         part=f"{directory} {part}".strip(),
         fitted_there=part != Part.TEST and directory in fitted_on,
         cases=len(labels),
-        item_lists=labels["instance"].nunique(),
+        item_lists=item_lists,
         cascade=rows[0],
         swept=sorted((m for m in rows if m.budget), key=lambda method: float(method.budget)),
         others=others,
         best=max(simulations, key=lambda method: method.accuracy.value),
         aims=aims(rows[0], simulations),
-        stages=list(_stages(cascade, steps, layouts)),
+        stages=list(stages_of(cascade, steps, layouts)),
         steps_a_layout=len(steps) / len(layouts),
         ladders=[_fitted(budget, ladder) for budget, ladder in ladders.items()],
         confidence=float(made_by["confidence"]),
@@ -330,13 +317,14 @@ def _cascade(engine: str, thresholds: Path | None, budget: float | None = None) 
     return made
 
 
-def _row(found: MethodEvaluation, budget: float | None) -> Judged:
+def _row(found: MethodEvaluation, budget: float | None, item_lists: int) -> Judged:
     """A method as it is shown; ``budget`` of a cascade [points]."""
     same = ("method", "accuracy", "cpu", "ahead", "cost_ratio")
     return Judged(
         **{name: getattr(found, name) for name in same},
         title=found.method.title,
         n=found.accuracy.n,
+        shown=None if found.ahead is None else detectable(found.ahead, item_lists),
         substeps=found.substeps or None,
         budget="" if budget is None else general(budget),
     )
@@ -352,68 +340,3 @@ def _fitted(budget: float, ladder: Ladder) -> Fitted:
         "last": ladder.last,
     }
     return bind(Fitted, known | values, f"thresholds for {budget:g} points")
-
-
-def _decisions(
-    cascade: Cascade, cases: Iterable[tuple[str, Layout]], labels: pd.DataFrame
-) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Steps by the pair of thresholds that decided them, and layouts by the last one they needed:
-    numbers as of :func:`_thresholds`.
-
-    Args:
-        cascade: the cascade whose stages decide.
-        cases: scenario and layout.
-        labels: of the same cases, :data:`steadyload.runs.labels.LABELS`.
-    """
-    listed = list(cases)
-    cascade.prepare(max(len(layout) for _, layout in listed))
-    known = _thresholds(cascade.ladder)
-    of = {stage.method: stage for stage in reversed(_with_last(cascade.ladder))}
-    placed = items_placed_by_case(labels["failing_step"], labels["item_count"])
-    steps, layouts = [], []
-    for scenario, layout in listed:
-        label = labels.loc[(layout.name, scenario)]
-        safe = int(placed[layout.name, scenario])
-        decisions = cascade.decisions(layout)
-        numbers = [known.index((own.stage, of[own.stage].at(own.step))) for own in decisions]
-        steps += [
-            (number, label["instance"], decision.step <= safe, _right(decision, safe))
-            for number, decision in zip(numbers, decisions, strict=True)
-        ]
-        end = decisions[-1].step if decisions[-1].unstable else len(layout)
-        layouts.append((max(numbers), label["instance"], end == safe))
-    return (
-        pd.DataFrame(steps, columns=["stage", "list", "labelled", "right"]),
-        pd.DataFrame(layouts, columns=["stage", "list", "right"]),
-    )
-
-
-def _right(decision: Decision, safe: int) -> bool:
-    return decision.unstable == (decision.step == safe)
-
-
-def _with_last(ladder: Ladder) -> tuple[LadderStage, ...]:
-    return (*ladder.stages, LadderStage(ladder.last, None, None))
-
-
-def _thresholds(ladder: Ladder) -> list[tuple[str, Larger]]:
-    """Every pair of thresholds, with its method: of each stage by size, and none of the last."""
-    return [(stage.method, each) for stage in _with_last(ladder) for each in stage.ranges]
-
-
-def _stages(cascade: Cascade, steps: pd.DataFrame, layouts: pd.DataFrame) -> Iterator[Stage]:
-    known = _thresholds(cascade.ladder)
-    for number, (method, each) in enumerate(known):
-        if (each.low, each.high) == (None, None) and number + 1 < len(known):
-            continue
-        own = steps[(steps["stage"] == number) & steps["labelled"]]
-        needed = layouts[layouts["stage"] == number]
-        title = method_key(make_method(method)).title
-        yield Stage(
-            f"{title} above {each.above} items" if each.above else title,
-            *(each.low, each.high),
-            steps=share(np.asarray(steps["stage"] == number), steps["list"]),
-            right=share(own["right"], own["list"]),
-            layouts=share(np.asarray(layouts["stage"] == number), layouts["list"]),
-            layouts_right=share(needed["right"], needed["list"]),
-        )

@@ -97,7 +97,7 @@ class Found:
 
     recorded: Recorded
     best: Errors
-    as_good: Sequence[str]
+    as_good: Mapping[str, float]
     fitted: Sequence[Errors]
     guesses: Sequence[Errors]
     ways: Sequence[BothHalves]
@@ -146,6 +146,11 @@ class Found:
         """
         own = [one for one in self.fitted if one.engine in self.as_good]
         return sorted(own, key=lambda one: one.face.value)
+
+    @property
+    def shown(self) -> Sequence[float]:
+        """Least differences from the best one that the throws show, of others in `near_best`."""
+        return sorted(self.as_good[one.engine] for one in self.near_best if one != self.best)
 
     @property
     def presets(self) -> Sequence[Errors]:

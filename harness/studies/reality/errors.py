@@ -17,6 +17,7 @@ from steadyload.reports.columns import (
     row,
     significant,
 )
+from steadyload.runs.comparison import detectable
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import mean, median, quantile, share
 from steadyload.studies.reality.record import FIT, MEASURED, Guess, Recorded, Toss
@@ -183,9 +184,12 @@ def steps_of(found: AllMeasured) -> Iterator[Step]:
         before = right
 
 
-def as_good_as(best: str, found: AllMeasured) -> list[str]:
-    """Titles of the engines whose right faces do not differ significantly from those of one, and
-    its own: on the half that is measured, the paired 95 % interval of the difference holds 0.
+def as_good_as(best: str, found: AllMeasured) -> dict[str, float]:
+    """Engines whose right faces do not differ significantly from those of one, and that one: on the
+    half that is measured, the paired 95 % interval of the difference holds 0.
+
+    Returns:
+        By title the least difference from that one which so many throws show.
     """
     right = {
         one.title: np.array(
@@ -195,4 +199,7 @@ def as_good_as(best: str, found: AllMeasured) -> list[str]:
         for one in found.engines
     }
     less = {title: mean(right[best] - own) for title, own in right.items()}
-    return [title for title, each in less.items() if each.low <= 0.0 <= each.high]
+    return {
+        title: detectable(each, each.n) for title, each in less.items()
+        if each.low <= 0.0 <= each.high
+    }  # fmt: skip

@@ -12,7 +12,7 @@ from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.benchmark.parts import Part, set_named
 from steadyload.methods.naming import MethodKey
 from steadyload.methods.registry import make_method
-from steadyload.reports.columns import column, names, percent, plain_percent, row
+from steadyload.reports.columns import column, least_shown, names, percent, plain_percent, row
 from steadyload.runs.accuracy import accuracy
 from steadyload.runs.comparison import Compared, compared, detectable, difference
 from steadyload.runs.failure_rules import LIMITS, RULES, TIMES, USUAL, Rule
@@ -112,7 +112,7 @@ class Claim:
     least: Estimate = column("least difference", percent)
     greatest: Estimate = column("greatest", percent)
     shown: float = column(
-        "shown", plain_percent,
+        "shown", least_shown,
         "least difference that these cases show with a probability of 80 %, under the rule with "
         "the widest interval",
     )  # fmt: skip

@@ -9,7 +9,7 @@ from steadyload.layouts.benchmark.parts import LISTS, Part
 from steadyload.layouts.model.question import Question, with_question
 from steadyload.methods.registry import make_method
 from steadyload.methods.tuned import TUNED, tuned, tuned_name
-from steadyload.reports.columns import column, percent, plain_percent, row
+from steadyload.reports.columns import column, least_shown, percent, row
 from steadyload.runs.comparison import detectable
 from steadyload.runs.labels import Cases
 from steadyload.statistics.estimate import Estimate
@@ -30,7 +30,7 @@ class SearchGain:
     found: Estimate = column("ps_opt %", percent)
     gain: Estimate = column("gain (points)", percent)
     shown: float = column(
-        "shown", plain_percent, "least gain that these cases show with a probability of 80 %"
+        "shown", least_shown, "least gain that these cases show with a probability of 80 %"
     )
 
 

@@ -19,6 +19,7 @@ from steadyload.reports.columns import (
     column,
     counts,
     factor,
+    least_shown,
     milliseconds,
     percent,
     plain_percent,
@@ -26,7 +27,7 @@ from steadyload.reports.columns import (
     yes_no,
 )
 from steadyload.runs.accuracy import verdicts_against_labels
-from steadyload.runs.comparison import difference
+from steadyload.runs.comparison import detectable, difference
 from steadyload.runs.costs import CostKind, CostSource
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import mean, ratio, share
@@ -70,6 +71,10 @@ class Judged:
         "likeliest step %", percent, "accuracy of the failing step that most samples have"
     )
     ahead: Estimate = column("ahead (points)", percent, "that minus the plan's, case by case")
+    shown: float = column(
+        "shown", least_shown,
+        "least difference that these cases show with a probability of 80 %",
+    )  # fmt: skip
     plan_brier: Estimate = column(
         "Brier, plan", factor, "mean squared difference of stable by the plan and by the label"
     )
@@ -282,6 +287,8 @@ def _shares(safe: dict[int, int], plan: int, count: int) -> tuple[float, float, 
 def _row(method: MethodKey, cases: _Cases) -> Judged:
     lists, table, judged = cases.lists, cases.table, cases.judged
 
+    ahead = difference(cases.right, cases.plan_right, lists)
+
     def squared(forecast: NDArray[np.float64]) -> Estimate:
         return mean((forecast - cases.stable)[judged] ** 2, lists[judged])
 
@@ -289,7 +296,8 @@ def _row(method: MethodKey, cases: _Cases) -> Judged:
         method=method,
         plan=share(cases.plan_right, lists),
         likeliest=share(cases.right, lists),
-        ahead=difference(cases.right, cases.plan_right, lists),
+        ahead=ahead,
+        shown=detectable(ahead, len(set(lists))),
         plan_brier=squared(cases.plan_stands),
         brier=squared(cases.stands),
         unsure=share(cases.unsure[judged], lists[judged]),

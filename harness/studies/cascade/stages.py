@@ -1,0 +1,106 @@
+"""Which stage of a cascade decided how many steps and layouts, and how often it was right.
+
+Shares are 0 to 1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from functools import partial
+
+import numpy as np
+import pandas as pd
+
+from steadyload.layouts.model.layout import Layout
+from steadyload.methods.cascade.cascade import Cascade, Decision
+from steadyload.methods.cascade.thresholds import Ladder, Larger
+from steadyload.methods.cascade.thresholds import Stage as LadderStage
+from steadyload.methods.naming import method_key
+from steadyload.methods.registry import make_method
+from steadyload.reports.columns import column, compact, fixed, percent, row
+from steadyload.statistics.estimate import Estimate
+from steadyload.statistics.metrics import share
+from steadyload.statistics.placed import items_placed_by_case
+
+_three = partial(compact, digits=3)
+
+
+@row
+class Stage:
+    """Decisions by one pair of thresholds; without any it is the last stage, for what is left."""
+
+    stage: str = column()
+    low: float | None = column("stable below", _three, "of the step score; None: it never accepts")
+    high: float | None = column(
+        "unstable above", lambda high: fixed(high, 4), "likewise; None: it never rejects"
+    )
+    steps: Estimate = column("steps %", percent, "share of all steps that it decided")
+    right: Estimate = column("right %", percent, "of these, up to the label's failing step")
+    layouts: Estimate = column("layouts %", percent, "share that needed it and no later one")
+    layouts_right: Estimate = column("right %", percent, "of these layouts")
+
+
+def decisions_of(
+    cascade: Cascade, cases: Iterable[tuple[str, Layout]], labels: pd.DataFrame
+) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Steps by the pair of thresholds that decided them, and layouts by the last one they needed:
+    numbers as of :func:`_thresholds`.
+
+    Args:
+        cascade: the cascade whose stages decide.
+        cases: scenario and layout.
+        labels: of the same cases, :data:`steadyload.runs.labels.LABELS`.
+    """
+    listed = list(cases)
+    cascade.prepare(max(len(layout) for _, layout in listed))
+    known = _thresholds(cascade.ladder)
+    of = {stage.method: stage for stage in reversed(_with_last(cascade.ladder))}
+    placed = items_placed_by_case(labels["failing_step"], labels["item_count"])
+    steps, layouts = [], []
+    for scenario, layout in listed:
+        label = labels.loc[(layout.name, scenario)]
+        safe = int(placed[layout.name, scenario])
+        decisions = cascade.decisions(layout)
+        numbers = [known.index((own.stage, of[own.stage].at(own.step))) for own in decisions]
+        steps += [
+            (number, label["instance"], decision.step <= safe, _right(decision, safe))
+            for number, decision in zip(numbers, decisions, strict=True)
+        ]
+        end = decisions[-1].step if decisions[-1].unstable else len(layout)
+        layouts.append((max(numbers), label["instance"], end == safe))
+    return (
+        pd.DataFrame(steps, columns=["stage", "list", "labelled", "right"]),
+        pd.DataFrame(layouts, columns=["stage", "list", "right"]),
+    )
+
+
+def _right(decision: Decision, safe: int) -> bool:
+    return decision.unstable == (decision.step == safe)
+
+
+def _with_last(ladder: Ladder) -> tuple[LadderStage, ...]:
+    return (*ladder.stages, LadderStage(ladder.last, None, None))
+
+
+def _thresholds(ladder: Ladder) -> list[tuple[str, Larger]]:
+    """Every pair of thresholds, with its method: of each stage by size, and none of the last."""
+    return [(stage.method, each) for stage in _with_last(ladder) for each in stage.ranges]
+
+
+def stages_of(cascade: Cascade, steps: pd.DataFrame, layouts: pd.DataFrame) -> Iterator[Stage]:
+    """Stages and their pairs of thresholds, of the tables of :func:`decisions_of`."""
+    known = _thresholds(cascade.ladder)
+    for number, (method, each) in enumerate(known):
+        if (each.low, each.high) == (None, None) and number + 1 < len(known):
+            continue
+        own = steps[(steps["stage"] == number) & steps["labelled"]]
+        needed = layouts[layouts["stage"] == number]
+        title = method_key(make_method(method)).title
+        yield Stage(
+            f"{title} above {each.above} items" if each.above else title,
+            *(each.low, each.high),
+            steps=share(np.asarray(steps["stage"] == number), steps["list"]),
+            right=share(own["right"], own["list"]),
+            layouts=share(np.asarray(layouts["stage"] == number), layouts["list"]),
+            layouts_right=share(needed["right"], needed["list"]),
+        )
