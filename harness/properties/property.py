@@ -144,6 +144,7 @@ class Property:
         check: tests a method on a case.
         applies: true if the property is tested on a method, by what that declares.
         version: raised by hand when it asks something else; stored results are stale then.
+        share: of the cases of a profile; less than 1 where a case takes many simulations.
     """
 
     name: str
@@ -152,6 +153,7 @@ class Property:
     check: Check
     applies: Callable[[MethodUnderTest], bool] = lambda tested: True
     version: int = 1
+    share: float = 1.0
 
 
 def declaring(trait: Trait) -> Callable[[MethodUnderTest], bool]:

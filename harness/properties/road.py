@@ -27,6 +27,9 @@ _CLEAR = 0.2
 _LEAST = 0.25
 """Smallest limit that is asked about [g]: a clear share of it is more than boxes creep by."""
 
+_SHARE = 0.1
+"""Share of the cases of a profile: a limit is bisected, by dozens of simulations a case."""
+
 _DIRECTION = "direction [degrees]"
 
 
@@ -96,6 +99,7 @@ PROPERTIES = (
         _columns,
         column_holds_its_closed_form,
         _accelerates,
+        share=_SHARE,
     ),
     Property(
         "accelerated pile",
@@ -104,5 +108,6 @@ PROPERTIES = (
         _piles,
         pile_holds_no_more_than_one_box,
         _accelerates,
+        share=_SHARE,
     ),
 )

@@ -197,11 +197,12 @@ def property_units():
     asked = next(iter(PROPERTIES.values()))
     also = next(each for each in PROPERTIES.values() if each is not asked)
     always = [replace(each, applies=lambda subject: True) for each in (asked, also)]
+    cases = dict.fromkeys((asked.name, also.name), 20)
     one = MethodUnderTest("sme")
-    first, other = properties.units_of(one, always, 20, 0)
+    first, other = properties.units_of(one, always, cases, 0)
     yield "", first
     yield "properties", other
-    yield "method", properties.units_of(MethodUnderTest("fbs"), always, 20, 0)[0]
+    yield "method", properties.units_of(MethodUnderTest("fbs"), always, cases, 0)[0]
     yield from varied(first)
 
 

@@ -310,7 +310,20 @@ def test_the_page_shows_a_counterexample_as_table_picture_and_file(
     (layout,) = read_layouts(tmp_path / row.smallest.file)
     with pytest.raises(Violation, match="3 items"):
         below_three(None, Case(layout))
-    assert found.made_with["examples"] == "40 a property and method, seed 3"
+    assert found.made_with["examples"] == "up to 40 a property and method, seed 3"
+
+
+@pytest.mark.parametrize(
+    ("examples", "tried", "fewer"), [(None, {20, 2}, ["accelerated column"]), (3, {3}, [])]
+)
+def test_a_property_of_many_simulations_is_tested_on_fewer_cases_of_a_profile(
+    tmp_path, examples, tried, fewer
+):
+    asked = asked_of(("equilibrium:sides=friction",), ("score", "accelerated column"), examples)
+    found = run(asked, tmp_path)
+    assert {row.examples for row in found.rows} == tried
+    assert found.fewer == fewer
+    assert {row.standing for row in found.rows} <= {Standing.HOLDS, Standing.NOT_ASKED}
 
 
 def test_a_method_spelt_in_two_ways_is_asked_once(tmp_path):

@@ -179,6 +179,13 @@ class Found:
         return sum(row.refused for row in self.rows)
 
     @property
+    def fewer(self) -> list[str]:
+        """Names of the properties that are tested on fewer cases, by their share of a profile."""
+        most = max(row.examples for row in self.rows)
+        tried = {one.property: one.examples for one in self.rows if one.examples < most}
+        return [each.name for each in self.statements if each.share < 1.0 and each.name in tried]
+
+    @property
     def failing(self) -> list[PropertyRow]:
         """Pairs that do not hold, or have no answer."""
         return [row for row in self.rows if row.smallest is not None or row.why]

@@ -36,7 +36,9 @@ class Properties(Study["Found"]):
         (), "only this; may be repeated", names=("--property",), metavar="NAME"
     )
     profile: str = option(
-        "quick", "cases a property and method: quick 20, ci 100, deep 1000 (default: quick)",
+        "quick",
+        "cases a property and method: quick 20, ci 100, deep 1000; a tenth of that for loads on "
+        "the road (default: quick)",
         choices=PROFILES,
     )  # fmt: skip
     examples: int | None = option(None, "so many cases, whatever the profile", least=1)

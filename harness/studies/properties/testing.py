@@ -138,7 +138,7 @@ def run_properties(
     if engines or not specs:
         specs += methods_on(engines or None)
     tested = chosen(properties or None)
-    most = examples or PROFILES[profile]
+    most = {each.name: examples or _cases(each, profile) for each in tested}
     subjects = list({s.spec: s for s in map(MethodUnderTest, specs)}.values())
     for subject in subjects:
         subject.method.prepare()
@@ -167,11 +167,15 @@ def run_properties(
             for kind, of_kind in by_kind(each.name for each in tested).items()
         },
         made_with={
-            "examples": f"{most} a property and method, seed {seed}",
+            "examples": f"up to {max(most.values())} a property and method, seed {seed}",
             **provenance_lines(),
             "hypothesis": metadata.version("hypothesis"),
         },
     )
+
+
+def _cases(asked_about: Property, profile: str) -> int:
+    return max(1, round(asked_about.share * PROFILES[profile]))
 
 
 def _tested(method: MethodKey, rows: Sequence[PropertyRow]) -> MethodTested:
@@ -205,9 +209,9 @@ def write_counterexamples(found: Found, folder: Path) -> None:
 
 
 def units_of(
-    subject: MethodUnderTest, properties: Sequence[Property], examples: int, seed: int
+    subject: MethodUnderTest, properties: Sequence[Property], examples: Mapping[str, int], seed: int
 ) -> list[PropertyUnit]:
-    """Units of a method, of the properties that apply to it."""
+    """Units of a method, of the properties that apply to it; ``examples`` by property."""
     envelopes = json.loads(resources.files("steadyload.methods").joinpath(ENVELOPES).read_bytes())
     made = {
         **made_by(subject.method),
@@ -216,7 +220,7 @@ def units_of(
         "envelopes": key_of({engine: entry["rows"] for engine, entry in envelopes.items()}),
     }
     return [
-        PropertyUnit(each.name, each.version, subject.spec, made, examples, seed)
+        PropertyUnit(each.name, each.version, subject.spec, made, examples[each.name], seed)
         for each in properties
         if each.applies(subject)
     ]
