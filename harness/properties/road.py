@@ -8,6 +8,7 @@ from __future__ import annotations
 from hypothesis import strategies as st
 from hypothesis.strategies import DrawFn, SearchStrategy
 
+from steadyload.layouts.model.footing import gaps
 from steadyload.layouts.model.layout import Layout
 from steadyload.properties.mechanics import column_limit
 from steadyload.properties.property import (
@@ -77,7 +78,13 @@ def column_holds_its_closed_form(tested: MethodUnderTest, case: Case) -> bool:
 
 
 def pile_holds_no_more_than_one_box(tested: MethodUnderTest, case: Case) -> bool:
-    """No pile holds clearly more than it would as one box: it would slide, or tip over its edge."""
+    """No pile holds clearly more than it would as one box: it would slide, or tip over its edge.
+
+    Not asked of a box with a gap below it: it falls before the pile is accelerated, so that the
+    centre of mass is lower than planned.
+    """
+    if gaps(case.layout):
+        return False
     most = whole_load_limit(case.layout, tested.method.parameters.friction, case.change[_DIRECTION])
     if most < _LEAST:
         return False
@@ -104,10 +111,11 @@ PROPERTIES = (
     Property(
         "accelerated pile",
         "No pile holds an acceleration more than a fifth above that at which it would slide or tip "
-        "as one box.",
+        "as one box; piles with a gap below a box are left out.",
         _piles,
         pile_holds_no_more_than_one_box,
         _accelerates,
+        version=2,
         share=_SHARE,
     ),
 )

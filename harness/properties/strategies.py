@@ -170,7 +170,10 @@ def _shift(side: float, below: float) -> SearchStrategy[float]:
 
 @st.composite
 def walls(draw: DrawFn, *, planar: bool = False) -> Layout:
-    """Courses of equal bricks without gaps, the upper ones perhaps shifted by half a brick."""
+    """Courses of equal bricks without gaps, the upper ones perhaps shifted by half a brick.
+
+    Of a single column nothing is left of a shifted course, and the brick above it hovers.
+    """
     columns, courses = draw(st.integers(1, 3)), draw(st.integers(1, 3))
     half = draw(st.booleans())
     width, height, depth = draw(sides(2, 20)) * 2.0, draw(sides(2, 20)), draw(_depths(planar))
