@@ -154,11 +154,12 @@ def test_the_page_shows_what_was_found(found, assert_shown):
     text = assert_shown(
         Benchmark(),
         replace(found, notes=notes),
-        answer=[percent(firm.robust), firm.robust.n],
+        answer=[found.layouts, found.instances, found.cases],
         tables=tables(found),
         charts=["item_counts", "scores", "judges"],
     )
     assert notes in text
+    assert f"{percent(firm.robust)} to {percent(firm.robust)} %, by scenario, are robust" in text
 
 
 def test_an_imported_set_has_a_page(tmp_path, assert_shown):
