@@ -252,6 +252,7 @@ PROPERTIES = (
         "A tower of centred items, none larger than the one below, is stable within the envelope.",
         _towers,
         stands,
+        version=2,
     ),
     Property(
         "carton tower",
