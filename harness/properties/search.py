@@ -70,6 +70,9 @@ def search(
 ) -> PropertyResult:
     """Test a property on a method, with cases that depend on the arguments alone.
 
+    In a clone they depend on the loaded code, too: hypothesis draws a twentieth of all numbers
+    from those that stand in it.
+
     An exception of the method's own counts as a violation, too, and so does a case that is violated
     at one time and not at another. A case that the method refuses tests nothing. Exceptions of
     the property's own code are raised as they are.
