@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from operator import attrgetter
 
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.benchmark.dataset import KEYS
+from steadyload.layouts.model.question import Question as LabelQuestion
 from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.registry import make_method
 from steadyload.methods.uncertainty import parse_uncertainty
@@ -147,6 +149,7 @@ class Check:
 class Found:
     """All records for the page.
 
+    ``asked``: the question of the labels. ``stable``: share of the first method's cases.
     ``item_lists``: number of clusters of the intervals. ``silent``: titles of methods without a
     verdict on any sample. ``calibrated``: probabilities of standing against the label, and of the
     likeliest step against its being the label's. ``abstaining``: accuracy without the cases whose
@@ -155,6 +158,8 @@ class Found:
 
     labelled_set: str
     part: str
+    asked: str
+    stable: float
     uncertainty: str
     half_width: float
     most: int
@@ -186,18 +191,20 @@ class Found:
         return [one for own in self.calibrated for one in own.bins]
 
 
-def summarise(uncertain: str, sampled: Sampled, made_with: Mapping[str, str]) -> Found:
+def summarise(
+    uncertain: str, sampled: Sampled, made_with: Mapping[str, str], asked: str = "within"
+) -> Found:
     """The records of a run, compared with the labels.
 
     Args:
         uncertain: the deviating quantities, as :func:`parse_uncertainty` reads them.
         sampled: the samples.
         made_with: provenance of the samples.
+        asked: the question whose labels they are compared with.
     """
-    benchmark = load_benchmark(SET)
-    labels = benchmark.cases.set_index(KEYS)[["instance", "failing_step", "item_count"]]
-    labels = labels.join(benchmark.confidence["robust"])
-    keys = {spec: method_key(make_method(spec)) for spec in (*sampled.methods, ALONE_METHOD, CHECK)}
+    alone_method = ALONE_METHOD[asked]
+    labels = _labels(asked)
+    keys = {spec: method_key(make_method(spec)) for spec in (*sampled.methods, alone_method, CHECK)}
     every = {keys[spec]: _Cases(table, labels) for spec, table in sampled.methods.items()}
     heard = {key: cases for key, cases in every.items() if cases.judged.any()}
     given = [row for key, cases in heard.items() for row in cases.calibrated(key.title)]
@@ -207,19 +214,31 @@ def summarise(uncertain: str, sampled: Sampled, made_with: Mapping[str, str]) ->
     return Found(
         labelled_set=SET,
         part=str(PART),
+        asked=asked,
+        stable=next((cases.stable.mean() for cases in every.values()), math.nan),
         uncertainty=str(parse_uncertainty(uncertain)),
         half_width=SAMPLING.half_width,
         most=SAMPLING.looks[-1],
         item_lists=len({name for cases in every.values() for name in cases.lists}),
         rows=[_row(key, cases) for key, cases in heard.items()],
         silent=[key.title for key in every if key not in heard],
-        alone_method=keys[ALONE_METHOD],
+        alone_method=keys[alone_method],
         alone=[_alone(what, _Cases(table, labels)) for what, table in sampled.alone.items()],
         calibrated=given,
         abstaining=[cases.abstaining(key.title) for key, cases in heard.items()],
         check=check,
         made_with=made_with,
     )
+
+
+def _labels(asked: str) -> pd.DataFrame:
+    """Labels of a question, by case; whether they are robust is known of *within* alone."""
+    benchmark = load_benchmark(SET)
+    cases = benchmark.select(PART, question=LabelQuestion(asked)).set_index(KEYS)
+    robust = benchmark.confidence["robust"]
+    if asked != LabelQuestion.WITHIN:
+        robust = robust.head(0)
+    return cases[["instance", "failing_step", "item_count"]].join(robust)
 
 
 class _Cases:

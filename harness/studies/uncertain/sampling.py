@@ -29,14 +29,20 @@ from steadyload.studies.uncertain.cases import Question, Row, Unit, crashed_row,
 SET, PART = LISTS, Part.TEST
 """The labelled set, and its part on which nothing was chosen."""
 
-METHODS = ("sme", "equilibrium:time=0.3", "lstm_1:outside=accept", "ps_opt@mujoco")
-"""Methods of the published page."""
+METHODS = {
+    "within": ("sme", "equilibrium:time=0.3", "lstm_1:outside=accept", "ps_opt@mujoco"),
+    "stands": (
+        "sme", "equilibrium", "lstm_1:question=stands,outside=accept",
+        "ps_opt@mujoco:question=stands",
+    ),
+}  # fmt: skip
+"""Methods of the published pages, by the question whose labels they are compared with."""
 
 ALONE = ("com=5mm", "position=3mm", "weight=5%", "friction=0.1")
 """Quantities that deviate one at a time, to compare their effects."""
 
-ALONE_METHOD = "equilibrium:time=0.3"
-"""The method that judges :data:`ALONE`, on as many cases as methods with an engine."""
+ALONE_METHOD = {"within": "equilibrium:time=0.3", "stands": "equilibrium"}
+"""The method that judges :data:`ALONE`, on as many cases as methods with an engine, by question."""
 
 CHECK = "equilibrium"
 """The method whose probabilities are compared with those of many random samples."""
@@ -68,6 +74,7 @@ def sampled_cases(
     *,
     uncertain: str,
     methods: Sequence[str],
+    asked: str,
     cases: int,
     engine_cases: int,
     checked: int,
@@ -82,14 +89,14 @@ def sampled_cases(
         EngineNotInstalledError: a method's engine is missing.
         WorkerDiedError: see :func:`steadyload.runs.pool.run_units`.
     """
-    specs = tuple(dict.fromkeys(methods)) or METHODS
+    specs, alone_method = tuple(dict.fromkeys(methods)) or METHODS[asked], ALONE_METHOD[asked]
     for text in (uncertain, *ALONE):
         parse_uncertainty(text)
-    for spec in (*specs, ALONE_METHOD):
+    for spec in (*specs, alone_method):
         make_method(spec).prepare()
     benchmark = load_benchmark(SET)
     # Of the code at the time of sampling, not of later changes.
-    made = {spec: _made_by(spec) for spec in (*specs, ALONE_METHOD, CHECK)}
+    made = {spec: _made_by(spec) for spec in (*specs, alone_method, CHECK)}
 
     def unit(limit: int, question: Question) -> Unit:
         """A question about the first ``limit`` cases of each scenario; 0 for none."""
@@ -104,7 +111,7 @@ def sampled_cases(
         return unit(limit, Question(spec, uncertain, SAMPLING))
 
     by_method = {spec: of_method(spec) for spec in specs}
-    alone = {what: unit(engine_cases, Question(ALONE_METHOD, what, SAMPLING)) for what in ALONE}
+    alone = {what: unit(engine_cases, Question(alone_method, what, SAMPLING)) for what in ALONE}
     few = replace(SAMPLING, most=FIRST_LOOK, seed=SAMPLING.seed + 1)
     glance = unit(CHECK_CASES if checked else 0, Question(CHECK, uncertain, few))
     with locked(lab.work):

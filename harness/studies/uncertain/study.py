@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from steadyload.studies.kit import Lab, Study, methods_option, option
+from steadyload.studies.kit import Lab, PublishedPage, Study, methods_option, option
 
 if TYPE_CHECKING:
     from steadyload.studies.uncertain.comparing import Found
@@ -15,13 +15,25 @@ class Uncertain(Study["Found"]):
 
     question = "How reliable is a verdict when a load deviates from its plan?"
     about = "reliability of verdicts on labelled cases: accuracy, probability, cost"
+    pages = (
+        PublishedPage("uncertain"),
+        PublishedPage(
+            "uncertain_stands", "--question stands",
+            question="How reliable is a verdict on whether a load stands until it rests, when it "
+            "deviates from its plan?",
+        ),
+    )  # fmt: skip
 
     uncertain: str = option(
         "com=5mm,position=3mm", "what deviates (default: com=5mm,position=3mm)", metavar="WHAT"
     )
     methods: tuple[str, ...] = methods_option(
-        "may be repeated (default: a rule, the equilibrium with time, a network, an engine)"
+        "may be repeated (default: a rule, the equilibrium, a network, an engine)"
     )
+    asked: str = option(
+        "within", "whose labels verdicts are compared with: within or stands (default: within)",
+        metavar="QUESTION", names=("--question",), choices=("within", "stands"),
+    )  # fmt: skip
     cases: int = option(100, "a scenario, for methods without an engine (default: 100)", least=1)
     engine_cases: int = option(20, "a scenario, for methods with one (default: 20)", least=1)
     checked: int = option(
@@ -35,4 +47,4 @@ class Uncertain(Study["Found"]):
         from steadyload.studies.uncertain.sampling import sampled_cases
 
         made_with = provenance_lines()  # of the code at the time of sampling
-        return summarise(self.uncertain, sampled_cases(lab, **vars(self)), made_with)
+        return summarise(self.uncertain, sampled_cases(lab, **vars(self)), made_with, self.asked)
