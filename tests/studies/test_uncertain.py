@@ -4,6 +4,7 @@ import json
 import math
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import pytest
 
@@ -11,6 +12,7 @@ from steadyload.cli import main
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.benchmark.parts import LISTS
 from steadyload.layouts.formats import Format, write_layouts
+from steadyload.layouts.model.question import Question as LabelQuestion
 from steadyload.methods.registry import make_method
 from steadyload.reports.table import percent
 from steadyload.runs.pool import IN_THIS_PROCESS
@@ -209,3 +211,20 @@ def test_the_study_samples_what_is_chosen(tmp_path):
     assert (found.uncertainty, found.check) == ("com=1", None)
     assert [(own.method.spec, own.plan.n) for own in found.rows] == [("sme", 3)]
     assert {own.changed.n for own in found.alone} == {3}
+
+
+def test_verdicts_are_compared_with_the_labels_of_the_question(tmp_path, benchmark):
+    few = {"methods": ("sme",), "cases": 20, "engine_cases": 1, "checked": 0}
+    found = Uncertain(asked="stands", **few).run(Lab(tmp_path, 0))
+    cases = benchmark.select("test", limit=20, question=LabelQuestion.STANDS)
+    right = [
+        make_method("sme").judge(benchmark.layout(case.layout, case.scenario)).failing_step
+        == (None if case.failing_step is pd.NA else int(case.failing_step))
+        for case in cases.itertuples()
+    ]
+    (row,) = found.rows
+    assert row.plan.value == pytest.approx(np.mean(right))
+    assert found.stable == pytest.approx(cases["failing_step"].isna().mean())
+    assert found.stable < 0.5, "of the question within half of the cases are stable"
+    assert (row.changed_robust.n, row.changed_fragile.n) == (0, 0)
+    assert found.alone_method.spec == "equilibrium"
