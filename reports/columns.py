@@ -35,7 +35,7 @@ from steadyload.reports.table import (
 __all__ = [
     "cell", "column", "compact", "counts", "decimal", "duration", "factor", "fixed", "general",
     "least_shown", "markdown", "milliseconds", "names", "one_decimal", "p_value", "percent",
-    "plain_percent", "row", "significant", "table", "yes_no",
+    "plain_percent", "row", "shown_column", "significant", "table", "yes_no",
 ]  # fmt: skip
 
 Row = TypeVar("Row")
@@ -85,7 +85,14 @@ def column(
     return field(default=default, default_factory=default_factory, metadata=metadata)
 
 
-@dataclass_transform(frozen_default=True, field_specifiers=(column, field))
+def shown_column() -> Any:
+    """The column beside a difference: the least one that the cases show."""
+    return column(
+        "shown", least_shown, "least difference that these cases show with a probability of 80 %"
+    )
+
+
+@dataclass_transform(frozen_default=True, field_specifiers=(column, shown_column, field))
 def row(made: type[Row]) -> type[Row]:
     """Make a class the rows of a table: a frozen dataclass; fields of :func:`column` are shown."""
     return dataclass(frozen=True, slots=True)(made)

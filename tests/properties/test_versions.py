@@ -22,7 +22,7 @@ FILE = Path(__file__).with_name("cases_by_version.json")
 """Digests of drawn cases by property and version, and the version of hypothesis that drew them."""
 
 METHODS = ("label@mujoco", "pbs")
-"""The first to which a property applies is the one that it is asked of."""
+"""A property is asked of the first of these methods to which it applies."""
 
 
 def digest(asked):

@@ -23,12 +23,12 @@ from steadyload.reports.columns import (
     factor,
     fixed,
     general,
-    least_shown,
     milliseconds,
     names,
     percent,
     plain_percent,
     row,
+    shown_column,
 )  # fmt: skip
 from steadyload.runs.comparison import detectable
 from steadyload.runs.costs import CostKind, CostSource
@@ -78,10 +78,7 @@ class Judged:
     accuracy: Estimate = column("accuracy %", percent)
     cpu: Estimate = column("CPU ms", milliseconds)
     ahead: Estimate | None = column("cascade ahead", percent, "accuracy of the cascade minus its")
-    shown: float | None = column(
-        "shown", least_shown,
-        "least difference that these cases show with a probability of 80 %",
-    )  # fmt: skip
+    shown: float | None = shown_column()
     cost_ratio: Estimate | None = column("share of its time", factor, "CPU time of the cascade")
     substeps: float | None = column(
         form=lambda count: fixed(count, 1), about="of the engine, mean a layout; None without one"

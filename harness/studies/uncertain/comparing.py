@@ -21,11 +21,11 @@ from steadyload.reports.columns import (
     column,
     counts,
     factor,
-    least_shown,
     milliseconds,
     percent,
     plain_percent,
     row,
+    shown_column,
     yes_no,
 )
 from steadyload.runs.accuracy import verdicts_against_labels
@@ -73,10 +73,7 @@ class Judged:
         "likeliest step %", percent, "accuracy of the failing step that most samples have"
     )
     ahead: Estimate = column("ahead (points)", percent, "that minus the plan's, case by case")
-    shown: float = column(
-        "shown", least_shown,
-        "least difference that these cases show with a probability of 80 %",
-    )  # fmt: skip
+    shown: float = shown_column()
     plan_brier: Estimate = column(
         "Brier, plan", factor, "mean squared difference of stable by the plan and by the label"
     )
