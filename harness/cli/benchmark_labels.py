@@ -87,6 +87,10 @@ class Further:
         "test-300", "default: test-300", choices="steadyload.layouts.benchmark.parts:Part"
     )
     limit: int | None = option(None, "only the first N of every scenario", least=1)
+    question: str = option(
+        "within", "whose labels are judged again (default: within)",
+        choices="steadyload.layouts.model.question:Question",
+    )  # fmt: skip
     judges: str = option("all", "few: three quick ones (default: all)", choices=("all", "few"))
     workers: int = workers_option(0)
 
@@ -94,11 +98,12 @@ class Further:
         """Judge the cases that have not been judged by all of the methods."""
         from steadyload.labelling.further_verdicts import add_further_verdicts
         from steadyload.labelling.labelling import PANELS
+        from steadyload.layouts.model.question import Question
 
         with resumable(self.directory), progress_bar("judging") as advance:
             count = add_further_verdicts(
-                self.directory, part=self.part, limit=self.limit, judges=PANELS[self.judges],
-                workers=self.workers, progress=advance,
+                self.directory, part=self.part, limit=self.limit, question=Question(self.question),
+                judges=PANELS[self.judges], workers=self.workers, progress=advance,
             )  # fmt: skip
         print(f"{count} cases judged by further methods -> {self.directory}")
 

@@ -8,11 +8,18 @@ from pathlib import Path
 
 import pandas as pd
 
-from steadyload.labelling.label_rows import CASE_SECONDS
+from steadyload.labelling.label_rows import CASE_SECONDS, THRESHOLDS
 from steadyload.labelling.labelling import JUDGES, FurtherMethod, further_rows, reasons_of
-from steadyload.layouts.benchmark.dataset import KEYS, Benchmark, load_benchmark
+from steadyload.layouts.benchmark.confidence import Reason
+from steadyload.layouts.benchmark.dataset import KEYS, load_benchmark
 from steadyload.layouts.benchmark.parts import Part
-from steadyload.layouts.benchmark.tables import read_tables, write_tables
+from steadyload.layouts.benchmark.tables import (
+    STANDS_OPINIONS,
+    read_tables,
+    write_further,
+    write_tables,
+)
+from steadyload.layouts.model.question import Question
 from steadyload.methods.registry import make_method
 from steadyload.progress import Progress, silent
 from steadyload.runs.definition import StudyDefinition
@@ -23,6 +30,9 @@ from steadyload.runs.runner import run_study
 from steadyload.runs.store import locked
 from steadyload.runs.units import timed_out_row
 
+_FOLDERS = {Question.WITHIN: "further", Question.STANDS: "stands"}
+"""Folders of results, by question."""
+
 _SHARD = 5
 """Cases of a unit: a change of positions costs the reference ten times as much as a label."""
 
@@ -32,6 +42,7 @@ def add_further_verdicts(
     *,
     part: Part | str = Part.TEST_300,
     limit: int | None = None,
+    question: Question = Question.WITHIN,
     judges: Sequence[FurtherMethod] = JUDGES,
     workers: int = IN_THIS_PROCESS,
     progress: Progress = silent,
@@ -42,10 +53,11 @@ def add_further_verdicts(
     on. An interrupted run keeps the cases that are complete, and goes on with the others.
 
     Args:
-        directory: of the set; the verdicts are written into its table of opinions.
+        directory: of the set; the verdicts are written into its table of opinions on the question.
         part: of the set.
         limit: at most this many cases a scenario, those of the first ranks; None for all.
-        judges: the further methods.
+        question: whose labels are judged again.
+        judges: the further methods; for the question ``stands`` see :func:`asked_to_stand`.
         workers: see :func:`steadyload.runs.runner.run_study`.
         progress: called with judgements done and judgements in all.
 
@@ -58,18 +70,21 @@ def add_further_verdicts(
         EngineNotInstalledError: a method's engine is missing.
         WorkerDiedError: see :func:`steadyload.runs.pool.run_units`.
     """
+    if question is Question.STANDS:
+        judges = asked_to_stand(judges)
     specs = list(reasons_of(judges))
     for spec in specs:
         make_method(spec).prepare()
     with locked(directory):
         benchmark = load_benchmark(directory)
-        cases = _incomplete(benchmark, benchmark.select(part, limit=limit), specs)
+        cases = benchmark.select(part, limit=limit, question=question)
+        cases = _incomplete(benchmark.opinions_on(question), cases, specs)
         if cases.empty:
             return 0
         study = StudyDefinition(
             "further opinions", tuple(specs), benchmark=Part.ALL, shard_size=_SHARD
         )
-        folder = directory / "opinions" / "further"
+        folder = directory / "opinions" / _FOLDERS[question]
         folder.parent.mkdir(exist_ok=True)
         try:
             run_study(
@@ -78,21 +93,37 @@ def add_further_verdicts(
             )  # fmt: skip
         except BaseException:
             with suppress(ResultsError):  # nothing was judged yet
-                _add(directory, folder, judges)
+                _add(directory, folder, judges, question)
             raise
-        _add(directory, folder, judges)
+        _add(directory, folder, judges, question)
         return len(cases)
 
 
-def _incomplete(benchmark: Benchmark, cases: pd.DataFrame, specs: Sequence[str]) -> pd.DataFrame:
+def asked_to_stand(judges: Sequence[FurtherMethod]) -> tuple[FurtherMethod, ...]:
+    """The same methods for the question ``stands``, and those of other thresholds.
+
+    For the question ``within`` the traces of labels tell what other thresholds would say.
+    """
+    limits = [FurtherMethod(Reason.LIMITS, spec) for spec in THRESHOLDS]
+    return tuple(
+        FurtherMethod(own.reason, f"{own.spec},question={Question.STANDS}")
+        for own in (*judges, *limits)
+    )
+
+
+def _incomplete(
+    opinions: pd.DataFrame, cases: pd.DataFrame, specs: Sequence[str]
+) -> pd.DataFrame:
     """Cases that one of the methods has not judged yet."""
-    said = benchmark.opinions[benchmark.opinions["judge"].isin(specs)]
+    said = opinions[opinions["judge"].isin(specs)]
     judged = said.groupby(KEYS, observed=True)["judge"].nunique()
     found = judged.reindex(pd.MultiIndex.from_frame(cases[KEYS])).fillna(0).to_numpy()
     return cases[found < len(specs)]
 
 
-def _add(directory: Path, folder: Path, judges: Sequence[FurtherMethod]) -> None:
+def _add(
+    directory: Path, folder: Path, judges: Sequence[FurtherMethod], question: Question
+) -> None:
     """Add to the table of opinions the cases of a run folder that all methods have judged.
 
     Earlier verdicts of the same methods on these cases give way.
@@ -100,10 +131,12 @@ def _add(directory: Path, folder: Path, judges: Sequence[FurtherMethod]) -> None
     rows = load_results(folder)
     judged = rows.groupby(KEYS)["method"].transform("nunique")
     said = further_rows(rows[judged == len(judges)], judges)
-    layouts, cases, opinions, manifest = read_tables(directory)
-    every = pd.concat([opinions, said], ignore_index=True)
+    before = load_benchmark(directory).opinions_on(question)
+    every = pd.concat([before, said], ignore_index=True)
     every = every.drop_duplicates([*KEYS, "judge"], keep="last")
-    write_tables(
-        directory, layouts, cases, every, manifest | {"judged_with": provenance()},
-        keep_further=True,
-    )  # fmt: skip
+    made = {"judged_with": provenance()}
+    if question is Question.STANDS:
+        write_further(directory, STANDS_OPINIONS, every, made)
+        return
+    layouts, cases, _, manifest = read_tables(directory)
+    write_tables(directory, layouts, cases, every, manifest | made, keep_further=True)

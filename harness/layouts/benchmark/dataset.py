@@ -16,6 +16,7 @@ from steadyload.layouts.benchmark.confidence import confidence
 from steadyload.layouts.benchmark.parts import SETS, SHIPPED, Part
 from steadyload.layouts.benchmark.tables import (
     LOADED,
+    OPINIONS,
     SCREENING,
     STANDS,
     BenchmarkError,
@@ -53,6 +54,7 @@ class Benchmark:
             may hold them as ``notes.md``.
         stands: labels of the question ``stands`` of some cases,
             :data:`steadyload.layouts.benchmark.tables.STANDS`.
+        stands_opinions: verdicts of further methods on that question.
         screening: what was seen of the steps of cases that were labelled by screening,
             :data:`steadyload.layouts.benchmark.tables.SCREENING`.
         word: of :data:`SETS`, where it was read by one; empty for the large set of the package, and
@@ -65,6 +67,9 @@ class Benchmark:
     manifest: dict[str, Any]
     notes: str = ""
     stands: pd.DataFrame = field(default_factory=lambda: pd.DataFrame(columns=STANDS.names))
+    stands_opinions: pd.DataFrame = field(
+        default_factory=lambda: pd.DataFrame(columns=OPINIONS.names)
+    )
     screening: pd.DataFrame = field(default_factory=lambda: pd.DataFrame(columns=SCREENING.names))
     word: str = ""
 
@@ -72,6 +77,15 @@ class Benchmark:
     def confidence(self) -> pd.DataFrame:
         """Confidence of labels, a row a case that the ensemble judged; see :func:`confidence`."""
         return confidence(self.cases, self.opinions)
+
+    def opinions_on(self, question: Question) -> pd.DataFrame:
+        """Verdicts of further methods on a question."""
+        return self.opinions if question is Question.WITHIN else self.stands_opinions
+
+    @cached_property
+    def stands_confidence(self) -> pd.DataFrame:
+        """As :attr:`confidence`, of labels of the question ``stands``."""
+        return confidence(self.stands, self.stands_opinions)
 
     @cached_property
     def natural_stable(self) -> dict[str, float]:

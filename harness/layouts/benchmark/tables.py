@@ -168,7 +168,10 @@ key of what it depends on."""
 
 _TABLES = {"layouts": LAYOUTS, "cases": CASES, "opinions": OPINIONS}
 
-LOADED = {"stands": STANDS, "screening": SCREENING}
+STANDS_OPINIONS = "stands_opinions"
+"""Name of the table of :data:`OPINIONS` on the question ``stands``."""
+
+LOADED = {"stands": STANDS, STANDS_OPINIONS: OPINIONS, "screening": SCREENING}
 """Tables that only some labelled sets have, by name."""
 
 FURTHER = LOADED | {"begun": BEGUN, "again": BEGUN}
