@@ -111,9 +111,7 @@ def asked_to_stand(judges: Sequence[FurtherMethod]) -> tuple[FurtherMethod, ...]
     )
 
 
-def _incomplete(
-    opinions: pd.DataFrame, cases: pd.DataFrame, specs: Sequence[str]
-) -> pd.DataFrame:
+def _incomplete(opinions: pd.DataFrame, cases: pd.DataFrame, specs: Sequence[str]) -> pd.DataFrame:
     """Cases that one of the methods has not judged yet."""
     said = opinions[opinions["judge"].isin(specs)]
     judged = said.groupby(KEYS, observed=True)["judge"].nunique()

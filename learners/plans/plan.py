@@ -76,15 +76,12 @@ class TablePlan:
         methods: spec strings.
         trainings: names; the weights of the first seed are a method, too.
         held: the spec, or name of a training, that all others are compared with.
-        directory: word or folder of the labelled set whose part test they judge; None stands for
-            the part of the plan.
         batches: for methods that judge many layouts at once.
     """
 
     methods: tuple[str, ...]
     trainings: tuple[str, ...] = ()
     held: str = "lstm_e"
-    directory: str | None = None
     limit: int | None = option(None, "cases a scenario", least=1)
     timed: int = option(300, "cases of these that are timed", least=0)
     repeats: int = option(5, "of the timing", least=0)
@@ -134,11 +131,14 @@ class Plan:
 
     Attributes:
         part: of the labelled set, on which all methods are evaluated.
+        directory: word or folder of that set; None for the large set of the package. A leak is
+            measured on the large set, from whose held-out item lists leaky trainings learn.
         sets: sets to generate, by name.
         trainings: by name.
     """
 
     part: Part = option(Part.TEST, "of the labelled set", choices=UNLEARNT)
+    directory: str | None = None
     sets: Mapping[str, GenerationOptions] = field(default_factory=dict)
     trainings: Mapping[str, PlannedTraining] = field(default_factory=dict)
     table: TablePlan | None = None

@@ -74,6 +74,6 @@ def _check_names(plan: Plan) -> None:
         known = (*table.methods, *table.trainings)
         if table.held not in known:
             raise LearnerError(f"table: held is {shown(table.held)}; {nearest(table.held, known)}")
-        at = table.directory
-        if at and at not in SETS and not Path(at).is_dir():
-            raise LearnerError(f"table: directory {shown(at)} is no folder; {nearest(at, SETS)}")
+    at = plan.directory
+    if at and at not in SETS and not Path(at).is_dir():
+        raise LearnerError(f"directory {shown(at)} is no folder; {nearest(at, SETS)}")

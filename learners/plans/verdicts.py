@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from steadyload.layouts.benchmark.parts import Part
+from steadyload.layouts.benchmark.parts import Part, set_named
 from steadyload.learners.features import VERSION as FEATURES
 from steadyload.learners.features import Array32, FeatureKind
 from steadyload.learners.inference import VERSION as INFERENCE
@@ -43,11 +43,15 @@ class JudgedPart:
         part: of the labelled set.
         folder: of the verdicts.
         limit: largest number of cases a scenario; None for all.
+        directory: word or folder of the set; None for the large set of the package.
     """
 
-    def __init__(self, part: Part, folder: Path, limit: int | None = None) -> None:
+    def __init__(
+        self, part: Part, folder: Path, limit: int | None = None, directory: str | None = None
+    ) -> None:
         self._folder = folder
-        self._sequences = cache(lambda kind: load_sequences(kind, part, limit=limit))
+        own = set_named(directory)
+        self._sequences = cache(lambda kind: load_sequences(kind, part, directory=own, limit=limit))
         self._store: Store[dict[str, Any], list[Any]] = Store(folder / "said", JSON)
 
     @cached_property

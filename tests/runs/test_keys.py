@@ -566,7 +566,7 @@ def test_everything_that_a_training_depends_on_names_its_folder(tmp_path):
     sets = {"one": GenerationOptions(2)}
 
     def folder(training=first, sets=sets):
-        plan = Plan(Part.TEST, sets, {each.name: each for each in (training, zero, nought)})
+        plan = Plan(sets=sets, trainings={each.name: each for each in (training, zero, nought)})
         return Workshop(plan, tmp_path).runs(training.name)[0].folder
 
     others = {
@@ -577,14 +577,12 @@ def test_everything_that_a_training_depends_on_names_its_folder(tmp_path):
     generated = replace(first, data=("one",))
     longer = {"one": GenerationOptions(3)}
     assert folder(generated) != folder(generated, longer)
-    seeds = Workshop(
-        Plan(Part.TEST, {}, {"first": replace(first, start="", seeds=(0, 1))}), tmp_path
-    )
+    seeds = Workshop(Plan(trainings={"first": replace(first, start="", seeds=(0, 1))}), tmp_path)
     assert len({run.folder for run in seeds.runs("first")}) == 2
 
 
 def test_what_weights_say_is_kept_by_training_and_cases(tmp_path, monkeypatch):
-    plan = Plan(Part.TEST, {}, {"first": PlannedTraining("first", "First", seeds=(0, 1))})
+    plan = Plan(trainings={"first": PlannedTraining("first", "First", seeds=(0, 1))})
     one, other = Workshop(plan, tmp_path).runs("first")
     part, less = (JudgedPart(Part.TEST, tmp_path) for _ in range(2))
     part.cases, less.cases = (SimpleNamespace(fingerprint=lambda name=name: name) for name in "ab")

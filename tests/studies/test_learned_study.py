@@ -16,6 +16,7 @@ from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.benchmark.dataset import KEYS
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.model.layout import Item, Layout, Pallet
+from steadyload.layouts.benchmark.parts import Part
 from steadyload.learners import LearnerError
 from steadyload.learners.plans.plan import Section
 from steadyload.learners.plans.plan_file import load_plan
@@ -213,8 +214,9 @@ def test_the_table_tells_every_method_alike(learned, workshop, cases):
 
 
 def test_the_table_is_of_the_set_that_it_names(plan, tmp_path):
-    own = dataclasses.replace(plan.table, trainings=(), directory="lists", limit=3, timed=3)
-    found = compare(Lab(tmp_path, 0), dataclasses.replace(plan, table=own), only=["table"])
+    own = dataclasses.replace(plan.table, trainings=(), limit=3, timed=3)
+    plan = dataclasses.replace(plan, part=Part.TEST, directory="lists", table=own)
+    found = compare(Lab(tmp_path, 0), plan, only=["table"])
     benchmark = load_benchmark("lists")
     chosen = benchmark.select("test", limit=3)
     layouts = [benchmark.layout(*key) for key in chosen[KEYS].itertuples(index=False)]
@@ -225,6 +227,29 @@ def test_the_table_is_of_the_set_that_it_names(plan, tmp_path):
     page = LearnedStudy().page(found)
     assert "9 cases of part `test` of the set `lists`" in page.summary
     assert "historical" not in page.summary
+
+
+def test_a_leak_is_measured_on_the_set_whose_lists_it_learns(plan, learned, folder):
+    plan = dataclasses.replace(plan, part=Part.TEST, directory="lists")
+    found = compare(Lab(folder / "work", 0), plan, limit=LIMIT, only=["remedies", "leak"])
+    lists, large = load_benchmark("lists"), load_benchmark()
+    for benchmark, rows, names in (
+        (lists, found.remedies, ["small", "fewer"]), (large, found.leaks[0], ["small", "leaky"]),
+    ):  # fmt: skip
+        chosen = benchmark.select("test", limit=LIMIT)
+        layouts = [benchmark.layout(*key) for key in chosen[KEYS].itertuples(index=False)]
+        for row, name in zip(rows, names, strict=True):
+            runs = Workshop(plan, folder / "work").runs(name)
+            specs = [f"lstm_1:weights={run.weights},outside=accept" for run in runs]
+            right = [rights(spec, (chosen, layouts)).mean() for spec in specs]
+            assert row.all_seeds == pytest.approx(right)
+    assert found.item_lists == lists.select("test", limit=LIMIT)["instance"].nunique()
+    assert found.leak_lists == large.select("test", limit=LIMIT)["instance"].nunique()
+    sections = LearnedStudy().page(found).sections
+    texts = (str(block) for section in sections for block in section.blocks)
+    page = " ".join(" ".join(texts).split())
+    assert f"the set `lists`: 36 cases (S1, S2a, S2b), packed from {found.item_lists}" in page
+    assert f"36 cases, packed from {found.leak_lists} item lists, the historical part" in page
 
 
 def test_label_sources_are_told_apart(learned, workshop):
@@ -393,7 +418,7 @@ def test_only_what_was_asked_is_made_and_shown(tmp_path, capsys, learned, in_thi
         (('start = "rule"', 'start = "tuned"'), "starts from itself in the end"),
         (('data = ["rule"]', 'data = ["rules"]'), "data 'rules'; did you mean 'rule'"),
         (('held = "lstm_1"', 'held = "lstm_e"'), "held is 'lstm_e'"),
-        (("timed =", 'directory = "list"\ntimed ='), "no folder; did you mean 'lists'"),
+        (("part =", 'directory = "list"\npart ='), "no folder; did you mean 'lists'"),
         (("repeats = 2", "repeats = -2"), "repeats is -2; allowed: a whole number, 0 or more"),
         (("seeds = [0, 1]", "seeds = [0, 0]"), "allowed: each of them once"),
         (('label = "sme"', 'label = "smee"'), "unknown method 'smee'"),

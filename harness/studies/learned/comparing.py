@@ -110,12 +110,14 @@ class Scored(NamedTuple):
 class Found:
     """All results on learned methods; parts that were not asked for are empty.
 
-    ``part``: of the labelled set, on which all are evaluated; ``item_lists``: number of clusters.
-    ``sources``, ``remedies``: the first training, and others that are compared with it; ``leaks``:
-    likewise, the others also learnt from layouts of held-out item lists. ``agreement``: by source
-    of labels, how often they are those of the first one.
+    ``labelled_set``: word or folder, None for the large set of the package; ``part``: of it, on
+    which all are evaluated; ``item_lists``: number of clusters, ``leak_lists``: of those on which
+    leaks are. ``sources``, ``remedies``: the first training, and others that are compared with it;
+    ``leaks``: likewise, the others also learnt from layouts of held-out item lists.
+    ``agreement``: by source of labels, how often they are those of the first one.
     """
 
+    labelled_set: str | None
     part: str
     cases: int
     item_lists: int
@@ -128,6 +130,7 @@ class Found:
     calibrated: Sequence[Calibrated] = ()
     abstaining: Sequence[Abstaining] = ()
     leaks: Sequence[Sequence[Trained]] = ()
+    leak_lists: int = 0
     foreign: Foreign | None = None
     trainings: Sequence[Provenance] = ()
     made_with: Mapping[str, str] = dataclasses.field(default_factory=dict)
@@ -165,22 +168,35 @@ def compare(
             :meth:`steadyload.learners.plans.trainings.Workshop.make`.
     """
     workshop = Workshop(plan, lab.work)  # of the whole plan, which says what is a method
-    plan = dataclasses.replace(_chosen(plan, only, foreign), part=Part(part or plan.part))
+    plan = _chosen(plan, only, foreign)
+    if part:  # of the large set: the others are tests alone
+        plan = dataclasses.replace(plan, part=Part(part), directory=None)
     sections = plan.sections()
-    judged = JudgedPart(plan.part, lab.work, limit)
+    judged = JudgedPart(plan.part, lab.work, limit, plan.directory)
+    # Only the large set has held-out item lists that trainings can leak from.
+    of_leaks = JudgedPart(plan.part, lab.work, limit) if plan.directory else judged
+    runs = {each.name: workshop.runs(each.name) for each in plan.needed(sections)}
+    places = [
+        (place, [run for each in plan.needed(chosen) for run in runs[each.name]])
+        for place, chosen in (
+            (judged, [s for s in sections if s != Section.LEAK]),
+            (of_leaks, [s for s in sections if s == Section.LEAK]),
+        )
+    ]
     workshop.make(
         sections,
         workers=lab.workers,
-        known=judged.knows,
+        known=lambda run: all(place.knows(run) for place, own in places if run in own),
         generating=partial(lab.progress, "item lists"),
         training=partial(lab.progress, "trainings"),
     )
-    runs = {each.name: workshop.runs(each.name) for each in plan.needed(sections)}
-    every = [run for each in runs.values() for run in each]
-    for run in every:
-        judged.keep(run)
+    every: dict[Path, tuple[JudgedPart, Run]] = {}
+    for place, judging in places:
+        for run in judging:
+            place.keep(run)
+            every.setdefault(run.folder, (place, run))
 
-    def contrast(planned: Contrast) -> list[Trained]:
+    def contrast(planned: Contrast, judged: JudgedPart) -> list[Trained]:
         first = runs[planned.baseline]
         others = (_trained(judged, runs[name], first) for name in planned.trainings)
         return [_trained(judged, first), *others]
@@ -193,6 +209,7 @@ def compare(
     named = dict.fromkeys(plan.method_names(sections))
     shipped = {name: load_weights(name) for name in named if name in shipped_weights()}
     return Found(
+        labelled_set=plan.directory,
         part=str(plan.part),
         cases=len(judged.cases),
         item_lists=len(set(judged.cases.instances)),
@@ -202,19 +219,23 @@ def compare(
             Curve(curve.title, [_trained(judged, runs[name]) for name in curve.trainings])
             for curve in plan.size
         ],
-        sources=contrast(plan.sources) if plan.sources else (),
+        sources=contrast(plan.sources, judged) if plan.sources else (),
         agreement=_agreement(plan, workshop),
-        remedies=contrast(plan.remedies) if plan.remedies else (),
+        remedies=contrast(plan.remedies, judged) if plan.remedies else (),
         calibrated=[each for *both, _ in calibrations for each in both],
         abstaining=[each for *_, each in calibrations],
-        leaks=[contrast(planned) for planned in plan.leak],
+        leaks=[contrast(planned, of_leaks) for planned in plan.leak],
+        leak_lists=len(set(of_leaks.cases.instances)) if plan.leak else 0,
         foreign=judge_foreign(lab, plan.foreign, foreign, limit) if plan.foreign else None,
         trainings=[
             *(
                 _provenance(f"{name}, shipped", weights.manifest, weights.digest)
                 for name, weights in shipped.items()
             ),
-            *(_provenance(run.training.title, *judged.said(run)[:2]) for run in every),
+            *(
+                _provenance(run.training.title, *place.said(run)[:2])
+                for place, run in every.values()
+            ),
         ],
         made_with=provenance_lines(),
     )

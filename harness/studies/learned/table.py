@@ -9,7 +9,7 @@ import pandas as pd
 
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.benchmark.dataset import KEYS
-from steadyload.layouts.benchmark.parts import Part, set_named
+from steadyload.layouts.benchmark.parts import set_named
 from steadyload.layouts.model.scenarios import Scenario
 from steadyload.learners.plans.plan import Plan, TablePlan
 from steadyload.learners.plans.trainings import Workshop
@@ -87,19 +87,18 @@ def judge_table(lab: Lab, plan: Plan, workshop: Workshop, limit: int | None) -> 
     """
     table, folder = plan.table, lab.work / "table"
     assert table is not None
-    benchmark = load_benchmark(set_named(table.directory))
-    part = Part.TEST if table.directory else plan.part
+    benchmark = load_benchmark(set_named(plan.directory))
     limit = min((most for most in (table.limit, limit) if most is not None), default=None)
     named = (_key(name, table, workshop) for name in (*table.methods, *table.trainings))
     keys = {key.spec: key for key in named}
     held = _key(table.held, table, workshop)
     judged = lab.judge(
-        tuple(keys), Cases(benchmark, part, limit=limit), folder="table/verdicts",
+        tuple(keys), Cases(benchmark, plan.part, limit=limit), folder="table/verdicts",
         name="learned", shard_size=100,
     ).judged  # fmt: skip
     few = max(1, table.timed // len(Scenario))
     timed_cases = pd.MultiIndex.from_frame(
-        benchmark.select(part, limit=min(few, limit or few))[KEYS]
+        benchmark.select(plan.part, limit=min(few, limit or few))[KEYS]
     )
     layouts = [benchmark.layout(name, scenario) for name, scenario in timed_cases]
     times = timed(
@@ -135,8 +134,8 @@ def judge_table(lab: Lab, plan: Plan, workshop: Workshop, limit: int | None) -> 
     own = {group: row_of(held, group) for group in evaluation.rows}
     groups = {group: [row_of(key, group) for key in keys.values()] for group in evaluation.rows}
     return Table(
-        table.directory, str(part), len(judged.said), judged.clusters.nunique(), held, own, groups,
-        evaluation.cost_source.explained(),
+        plan.directory, str(plan.part), len(judged.said), judged.clusters.nunique(), held, own,
+        groups, evaluation.cost_source.explained(),
     )  # fmt: skip
 
 
