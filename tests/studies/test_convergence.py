@@ -3,15 +3,18 @@
 import pandas as pd
 import pytest
 
+from steadyload.layouts.model.question import Question
 from steadyload.reports.table import percent
 from steadyload.studies.convergence.comparing import compare
 from steadyload.studies.convergence.judging import (
     BASE,
     ENGINES,
     LOOKED_AT,
+    OF_STANDS,
     OPINIONS,
     VARIANTS,
     canonical,
+    convergence_studies,
 )
 from steadyload.studies.convergence.study import Convergence
 from steadyload.studies.kit import Lab
@@ -114,6 +117,50 @@ def test_the_page_shows_what_was_found(found, assert_shown):
         ],
         charts=["sweeps", "engines"],
     )
+
+
+@pytest.fixture(scope="module")
+def standing():
+    """The question *stands*: the reference alone is changed, in fewer ways."""
+    tried = [own for own in VARIANTS if own.title in OF_STANDS]
+    assert len(tried) == len(OF_STANDS)
+    decisive = [own.spec for own in tried if own.decisive]
+    others = [own.spec for own in tried if not own.decisive]
+    changed = {named(TOLERANCE).spec: {"d": 1}, named("stiffness 100000").spec: {"a": 1, "b": None}}
+    everything, sweep = judged(decisive, **changed), judged(others, **changed)
+    return compare({"all: layouts": "4"}, everything, sweep, asked="stands")
+
+
+def test_the_question_stands_has_the_changes_that_were_tried(standing, assert_shown):
+    assert {own.title for own in standing.variants} == OF_STANDS
+    assert (standing.engines, standing.opinions, standing.disputes) == ([], [], [])
+    assert by_title(standing.compliant, "stiffness 100000").changed.value == 0.5
+    assert (standing.any_change.value, standing.any_change.n) == (0.25, 4)
+    assert_shown(
+        Convergence(asked="stands"),
+        standing,
+        answer=[
+            "labels of the set `lists` for the question *stands*",
+            standing.any_change.n,
+            percent(standing.any_change),
+        ],
+        tables=[standing.reference, standing.compliant, standing.others],
+        charts=["sweeps"],
+    )
+    page = Convergence(asked="stands").page(standing)
+    assert "whether a load stands" in page.title
+    assert {section.title for section in page.sections}.isdisjoint(
+        {"Other engines", "Second opinions", "Disagreements"}
+    )
+
+
+def test_rows_of_the_question_stands_are_of_methods_asked_it(tmp_path):
+    studies = convergence_studies(2, 1, question=Question.STANDS)
+    within = convergence_studies(2, 1)
+    assert set(studies).isdisjoint(within)
+    for study in studies.values():
+        assert all("question=stands" in method for method in study.methods)
+    assert not any("question" in m for study in within.values() for m in study.methods)
 
 
 @pytest.mark.deep("the reference at its finest tolerances and by another integrator: 27 s")

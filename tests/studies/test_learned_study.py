@@ -14,9 +14,9 @@ import pytest
 from steadyload.cli import main
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.benchmark.dataset import KEYS
+from steadyload.layouts.benchmark.parts import Part
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.model.layout import Item, Layout, Pallet
-from steadyload.layouts.benchmark.parts import Part
 from steadyload.learners import LearnerError
 from steadyload.learners.plans.plan import Section
 from steadyload.learners.plans.plan_file import load_plan

@@ -116,7 +116,8 @@ class Found:
     """Convergence of the reference's labels.
 
     ``any_change``: share of cases whose label changes under any change of the numerics;
-    ``item_lists``: of all cases; ``seconds``: CPU time in which an opinion has to be given.
+    ``item_lists``: of all cases; ``asked``: question of the labels; ``seconds``: CPU time in which
+    an opinion has to be given.
     """
 
     reference: Sequence[Measured]
@@ -127,6 +128,7 @@ class Found:
     item_lists: int
     disputes: Sequence[LabelDispute]
     made_with: Mapping[str, str]
+    asked: str = "within"
     costs: str = CostSource(CostKind.ONE_PROCESS).explained()
     seconds: float = SECONDS
 
@@ -147,25 +149,39 @@ class Found:
         groups = Counter(own.group for own in numbered)
         return [own for own in numbered if groups[own.group] > 1]
 
+    @property
+    def across(self) -> int:
+        """Panels of the chart of :attr:`swept` beside each other, one a group, four at most."""
+        return min(4, len({own.group for own in self.swept}))
+
+    @property
+    def size(self) -> tuple[float, float]:
+        """Width and height of that chart [inch]."""
+        groups = len({own.group for own in self.swept})
+        return 2.6 * self.across, 2.5 * -(-groups // max(1, self.across))
+
 
 def compare(
     made_with: Mapping[str, str],
     everything: pd.DataFrame,
     sweep: pd.DataFrame,
     opinions: pd.DataFrame | None = None,
+    *,
+    asked: str = "within",
 ) -> Found:
-    """The comparison of the results of :func:`.convergence_studies`; methods that have not judged
-    are left out.
+    """The comparison of the results of :func:`.convergence_studies`, whose methods have their names
+    without the question ``asked``; methods that have not judged are left out.
     """
     said = _answers(everything)
     swept = _answers(sweep)
+    tried = [v for v in VARIANTS if v.spec in said.columns or v.spec in swept.columns]
     variants = [
         _row(v.group, v.title, v.spec, v.value, said if v.decisive else swept,
              everything if v.decisive else sweep)
-        for v in VARIANTS
+        for v in tried
     ]  # fmt: skip
     engines = []
-    for spec in (make_method(text).spec for text in ENGINES):
+    for spec in (make_method(text).spec for text in ENGINES if canonical(text) in said.columns):
         frequency = float(dict(spec.values)["frequency"])
         title = f"{spec.engine} at {frequency:g} Hz"
         engines.append(_row(str(spec.engine), title, str(spec), frequency, said, everything))
@@ -174,7 +190,7 @@ def compare(
         judges = [m for m in opinions["method"].unique() if m != BASE]  # those that began
         slow = [_row("", m, m, None, _answers(opinions), opinions) for m in judges]
     numerical = [
-        v.spec for v in VARIANTS if v.group in _NUMERICAL and not _compliant(v.group, v.value)
+        v.spec for v in tried if v.group in _NUMERICAL and not _compliant(v.group, v.value)
     ]
     both = swept.join(said[[c for c in said.columns if c not in swept.columns]])
     base = everything[everything["method"] == BASE]
@@ -204,6 +220,7 @@ def compare(
         item_lists=lists.nunique(),
         disputes=_disputes(said, both, base),
         made_with=made_with,
+        asked=asked,
     )
 
 
@@ -277,11 +294,12 @@ def _by_size(base: pd.DataFrame) -> list[tuple[str, Estimate]]:
 def _disputes(said: pd.DataFrame, swept: pd.DataFrame, base: pd.DataFrame) -> list[LabelDispute]:
     """Every case on which a method of :data:`LOOKED_AT` differs, and its label's changes."""
     base = base.set_index(KEYS)
-    specs = [canonical(text) for text in LOOKED_AT]
+    specs = [spec for spec in map(canonical, LOOKED_AT) if spec in said.columns]
     fine = {
         f"{method.engine} {values['frequency']} Hz": str(method)
         for method in (make_method(text).spec for text in ENGINES)
-        if float((values := dict(method.values))["frequency"]) >= _FINE
+        if str(method) in said.columns
+        and float((values := dict(method.values))["frequency"]) >= _FINE
     }
     disputes = []
     for case in said.index[_changed(said, specs)]:

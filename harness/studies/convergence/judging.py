@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,6 +11,7 @@ import pandas as pd
 
 from steadyload.layouts.benchmark.dataset import KEYS
 from steadyload.layouts.benchmark.parts import LISTS, Part
+from steadyload.layouts.model.question import Question
 from steadyload.methods.registry import make_method
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.labels import item_lists, load_labels
@@ -57,9 +58,12 @@ class Variant:
         return canonical(f"{BASE}:{self.changes}")
 
 
-def canonical(text: str) -> str:
-    """The spec of a method as rows name it."""
-    return str(make_method(text).spec)
+def canonical(text: str, question: Question = Question.WITHIN) -> str:
+    """The spec of a method as rows name it, with the question unless it is that of the label."""
+    spec = make_method(text).spec
+    if question is not Question.WITHIN:
+        spec = make_method(str(spec.stating("question", question))).spec
+    return str(spec)
 
 
 def _sweep(
@@ -98,6 +102,16 @@ VARIANTS: tuple[Variant, ...] = (
 )
 """Every change of the reference in the study; groups are tables and plots."""
 
+OF_STANDS = frozenset(
+    {
+        "tolerance 1e-06", "tolerance 1e-08", "stiffness 100000", "stiffness 1e+06",
+        "stiffness 1e+07", "stiffness 1e+08", "damping_depth 1e-07", "stiction_speed 0.001",
+        "most_time 0.001",
+    }
+)  # fmt: skip
+"""Titles of the changes that are tried for the question ``stands``, too, of which a case takes the
+reference two to three times as long."""
+
 ENGINES: tuple[str, ...] = tuple(
     f"label@{engine}:frequency={frequency}"
     for engine, frequencies in (
@@ -123,7 +137,10 @@ LOOKED_AT = ("label@mujoco:frequency=480", "label@bullet:frequency=480")
 
 
 def convergence_studies(
-    cases: int, sample: int = SAMPLE, opinions: Sequence[str] = OPINIONS
+    cases: int,
+    sample: int = SAMPLE,
+    opinions: Sequence[str] = OPINIONS,
+    question: Question = Question.WITHIN,
 ) -> dict[str, StudyDefinition]:
     """Definitions of the runs, by the name of their folder; all on the first of the same cases.
 
@@ -131,29 +148,39 @@ def convergence_studies(
         cases: number a scenario for the reference, its decisive variants and the other engines.
         sample: number for the slow methods; 0 leaves them out.
         opinions: the slow methods.
+        question: asked of all; for ``stands`` there are no other engines and no slow methods.
     """
-    decisive = [v.spec for v in VARIANTS if v.decisive]
-    other = [v.spec for v in VARIANTS if not v.decisive]
+    within = question is Question.WITHIN
+    tried = [v for v in VARIANTS if within or v.title in OF_STANDS]
+    decisive = [v.spec for v in tried if v.decisive]
+    other = [v.spec for v in tried if not v.decisive]
+    engines = ENGINES if within else ()
     parts: dict[str, tuple[list[str], int, int, float | None]] = {
-        "all": ([BASE, *decisive, *map(canonical, ENGINES)], cases, 30, None),
+        "all": ([BASE, *decisive, *engines], cases, 30, None),
         "sweep": ([BASE, *other], min(SWEPT, cases), 30, None),
     }
-    if sample:
-        parts["opinions"] = ([BASE, *map(canonical, opinions)], sample, 5, SECONDS)
+    if sample and within:
+        parts["opinions"] = ([BASE, *opinions], sample, 5, SECONDS)
+    of = "" if within else f"{question}-"
     return {
-        name: StudyDefinition(
-            name, tuple(methods), benchmark=Part.TEST, benchmark_directory=LISTS, limit=count,
-            shard_size=size, timeout=seconds,
+        of + name: StudyDefinition(
+            of + name, tuple(canonical(method, question) for method in methods),
+            benchmark=Part.TEST, benchmark_directory=LISTS, limit=count, shard_size=size,
+            timeout=seconds,
         )
         for name, (methods, count, size, seconds) in parts.items()
     }  # fmt: skip
 
 
 def judged(
-    lab: Lab, cases: int, sample: int = SAMPLE, opinions: Sequence[str] = OPINIONS
+    lab: Lab,
+    cases: int,
+    sample: int = SAMPLE,
+    opinions: Sequence[str] = OPINIONS,
+    question: Question = Question.WITHIN,
 ) -> list[pd.DataFrame]:
     """The results of each run of :func:`convergence_studies`, with the column :data:`ITEM_LIST`;
-    missing rows are judged.
+    missing rows are judged. Methods have their names without the question.
 
     Raises:
         EngineNotInstalledError: a method's engine is missing.
@@ -161,8 +188,10 @@ def judged(
     """
     for spec in opinions:  # so that a missing library is reported at once, not after an hour
         make_method(spec).prepare()
+    every = (BASE, *(variant.spec for variant in VARIANTS), *ENGINES, *opinions)
+    names = {canonical(spec, question): canonical(spec) for spec in every}
     frames = []
-    for name, study in convergence_studies(cases, sample, opinions).items():
+    for name, study in convergence_studies(cases, sample, opinions, question).items():
         lab.work.mkdir(parents=True, exist_ok=True)
         run_study(
             study, lab.work / name, workers=lab.workers,
@@ -170,15 +199,17 @@ def judged(
         )  # fmt: skip
         labels = load_labels(lab.work / name)
         lists = pd.Series(item_lists(labels), labels.index, name=ITEM_LIST)
-        frames.append(load_results(lab.work / name).join(lists, on=KEYS))
+        rows = load_results(lab.work / name)
+        rows["method"] = rows["method"].map(names)
+        frames.append(rows.join(lists, on=KEYS))
     return frames
 
 
-def made_with(directory: Path) -> dict[str, str]:
-    """Provenance of the results in ``directory``, as a page shows it, separately by part."""
+def made_with(folders: Iterable[Path]) -> dict[str, str]:
+    """Provenance of the results in some folders, as a page shows it, separately by part."""
     lines: dict[str, str] = {}
-    for folder in sorted(directory.glob("*/manifest.json")):
-        manifest = load_manifest(folder.parent)
+    for folder in folders:
+        manifest = load_manifest(folder)
         study, about = manifest["study"], manifest["labels"]
         lines[f"{study['name']}: cases"] = (
             f"{about['cases']} of part {about['part']} of {about['set']}"

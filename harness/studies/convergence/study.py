@@ -16,7 +16,13 @@ class Convergence(Study["Found"]):
     question = "Are the reference's labels converged?"
     about = "change the reference one parameter at a time; compare it with other methods"
     workers = 0
-    pages = (PublishedPage("convergence", "--second-model"),)
+    pages = (
+        PublishedPage("convergence", "--second-model"),
+        PublishedPage(
+            "convergence_stands", "--question stands",
+            question="Are the labels of whether a load stands until it rests converged?",
+        ),
+    )  # fmt: skip
 
     cases: int = option(
         100, "cases a scenario of part test of the set of many lists (default: 100)", least=1
@@ -24,18 +30,28 @@ class Convergence(Study["Found"]):
     sample: int = option(
         17, "cases a scenario that slow methods judge; 0 for none (default: 17)", least=0
     )
+    asked: str = option(
+        "within", "whose labels: within or stands (default: within); for stands the reference "
+        "alone is changed", metavar="QUESTION", names=("--question",), choices=("within", "stands"),
+    )  # fmt: skip
     second_model: bool = option(False, "judge by Drake, too (needs the extra `drake`)")
 
     def run(self, lab: Lab) -> Found:
         """Labels that change, judged in runs of their own on the first of the same cases."""
+        from steadyload.layouts.model.question import Question
         from steadyload.studies.convergence.comparing import compare
         from steadyload.studies.convergence.judging import (
             OPINIONS,
             SECOND_MODEL,
+            convergence_studies,
             judged,
             made_with,
         )
 
         opinions = (*OPINIONS, SECOND_MODEL) if self.second_model else OPINIONS
-        found = judged(lab, self.cases, self.sample, opinions)
-        return compare(made_with(lab.work), *found)
+        asked = (self.cases, self.sample, opinions, Question(self.asked))
+        found = judged(lab, *asked)
+        return compare(
+            made_with(lab.work / name for name in convergence_studies(*asked)), *found,
+            asked=self.asked,
+        )  # fmt: skip
