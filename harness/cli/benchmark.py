@@ -53,12 +53,13 @@ class Info:
         if found["stands"]:
             stands = (f"{count} {name}" for name, count in found["stands"].items())
             print("\nlabels of the question stands: " + ", ".join(stands))
-        sure = found["confidence"]
-        if sure["cases"]:
-            print(
-                f"\nconfidence: {sure['cases']} labels judged again, {sure['robust']} robust, "
-                f"{sure['fragile']} fragile; mean {100 * sure['mean']:.1f} %"
-            )
+        for key, what in (("confidence", "labels"), ("confidence_stands", "labels of stands")):
+            sure = found[key]
+            if sure["cases"]:
+                print(
+                    f"\nconfidence: {sure['cases']} {what} judged again, {sure['robust']} robust, "
+                    f"{sure['fragile']} fragile; mean {100 * sure['mean']:.1f} %"
+                )
         _section(
             ("judge", "reason", "cases", "agrees %"),
             [

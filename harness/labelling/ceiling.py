@@ -15,8 +15,9 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
-from steadyload.layouts.benchmark.confidence import Reason
+from steadyload.layouts.benchmark.confidence import ENSEMBLE, Reason
 from steadyload.layouts.benchmark.dataset import KEYS
+from steadyload.layouts.model.question import Question
 from steadyload.reports.columns import column, percent, row
 from steadyload.runs.accuracy import accuracy_of
 from steadyload.runs.evaluation import ALL, in_group
@@ -25,15 +26,21 @@ from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import mean
 from steadyload.statistics.placed import items_placed_by_case
 
-WIDENING: tuple[tuple[str, tuple[Reason, ...]], ...] = (
-    ("numerics", (Reason.NUMERICAL,)),
-    ("numerics and contact model", (Reason.NUMERICAL, Reason.MODEL)),
-    (
-        "numerics, contact model, thresholds and time",
-        (Reason.NUMERICAL, Reason.MODEL, Reason.LIMITS),
-    ),
-)
-"""Sets of changes, each including the one before. The last one is the ensemble."""
+_LIMITS = {
+    Question.WITHIN: "numerics, contact model, thresholds and time",
+    Question.STANDS: "numerics, contact model and thresholds",
+}
+"""Name of the whole ensemble, by question."""
+
+
+def widening(question: Question) -> Mapping[str, tuple[Reason, ...]]:
+    """Sets of changes by name, each including the one before. The last one is the ensemble."""
+    return {
+        "numerics": (Reason.NUMERICAL,),
+        "numerics and contact model": (Reason.NUMERICAL, Reason.MODEL),
+        _LIMITS[question]: (Reason.NUMERICAL, Reason.MODEL, Reason.LIMITS),
+    }
+
 
 _STABLE = -1.0
 
@@ -73,7 +80,7 @@ class Ceiling:
     """Ceiling of the labels.
 
     ``by_group``: all cases and, where there are several, every scenario; of each a row for every
-    set of changes in :data:`WIDENING`, in its order. ``methods``: every further method, on all
+    set of changes in :func:`widening`, in its order. ``methods``: every further method, on all
     cases.
     """
 
@@ -96,7 +103,9 @@ class Ceiling:
         ]
 
 
-def label_ceiling(labels: pd.DataFrame, opinions: pd.DataFrame) -> Ceiling | None:
+def label_ceiling(
+    labels: pd.DataFrame, opinions: pd.DataFrame, question: Question = Question.WITHIN
+) -> Ceiling | None:
     """The ceiling of the labels of some cases; None where no case has been judged by an ensemble.
 
     It is that of the cases that all further methods have judged.
@@ -106,6 +115,7 @@ def label_ceiling(labels: pd.DataFrame, opinions: pd.DataFrame) -> Ceiling | Non
             scenario.
         opinions: verdicts of further methods on these cases and others,
             :data:`steadyload.layouts.benchmark.tables.OPINIONS`.
+        question: of both.
     """
     said = opinions.assign(
         answer=opinions["failing_step"]
@@ -116,7 +126,7 @@ def label_ceiling(labels: pd.DataFrame, opinions: pd.DataFrame) -> Ceiling | Non
     )
     judges = ["reason", "judge"]
     table = said.pivot(index=KEYS, columns=judges, values="answer")
-    if not {str(r) for _, reasons in WIDENING for r in reasons} <= set(table.columns.levels[0]):
+    if not set(map(str, ENSEMBLE)) <= set(table.columns.levels[0]):
         return None
     asked = said.pivot(index=KEYS, columns=judges, values="status").notna().all(axis=1)
     labels = labels[labels.index.isin(asked.index[asked])]
@@ -132,7 +142,7 @@ def label_ceiling(labels: pd.DataFrame, opinions: pd.DataFrame) -> Ceiling | Non
         by_group={
             group: tuple(
                 _row(name, label[here], _of(table, reasons)[here], lists[here])
-                for name, reasons in WIDENING
+                for name, reasons in widening(question).items()
             )
             for group, here in masks.items()
             if group == ALL or len(scenarios) > 1

@@ -173,6 +173,18 @@ class JudgedCases:
         about = {**self.manifest["labels"], "natural_stable": {}}
         return replace(found, manifest={**self.manifest, "labels": about}, labels=labels)
 
+    def with_confidence(self, sure: pd.DataFrame) -> JudgedCases:
+        """The same cases, with what an ensemble of references says of their labels.
+
+        Args:
+            sure: by layout and scenario, see
+                :func:`steadyload.layouts.benchmark.confidence.confidence`.
+        """
+        assert self.labels is not None, "the run is on a labelled set"
+        columns = ["confidence", "robust"]
+        known = sure[columns].reindex(self.labels.index).astype({"robust": "boolean"})
+        return replace(self, labels=self.labels.assign(**{name: known[name] for name in columns}))
+
 
 def load_judged(directory: str | Path) -> JudgedCases:
     """The cases and verdicts that a run folder holds.

@@ -9,6 +9,7 @@ import pytest
 from steadyload.labelling.ceiling import label_ceiling, plurality, twins
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.benchmark.dataset import KEYS
+from steadyload.layouts.model.question import Question
 
 NONE = float("nan")
 
@@ -93,6 +94,12 @@ def test_every_further_method_has_its_share_and_engines_are_no_part_of_the_ensem
         assert row.same.value == pytest.approx(same[own["judge"] == row.method].mean())
     without = opinions[opinions["reason"] != "engine"]
     assert label_ceiling(labels, without).by_group == ceiling.by_group
+
+
+def test_the_question_stands_has_no_time_that_could_be_another(judged):
+    names = {q: label_ceiling(*judged, q).by_group["all"][-1].name for q in Question}
+    assert names[Question.WITHIN] == "numerics, contact model, thresholds and time"
+    assert names[Question.STANDS] == "numerics, contact model and thresholds"
 
 
 def test_there_is_no_ceiling_without_an_ensemble(judged):

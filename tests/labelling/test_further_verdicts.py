@@ -6,13 +6,15 @@ import pandas as pd
 import pytest
 
 from steadyload.cli import main
-from steadyload.labelling.further_verdicts import add_further_verdicts
+from steadyload.labelling import labelling
+from steadyload.labelling.further_verdicts import add_further_verdicts, asked_to_stand
 from steadyload.labelling.labelling import FurtherMethod
 from steadyload.layouts.benchmark import BenchmarkError, load_benchmark
 from steadyload.layouts.benchmark.confidence import Reason
 from steadyload.layouts.benchmark.dataset import KEYS
 from steadyload.layouts.benchmark.parts import SETS
 from steadyload.layouts.benchmark.tables import read_tables
+from steadyload.layouts.model.question import Question
 from steadyload.methods.registry import make_method
 
 JUDGES = (
@@ -93,6 +95,37 @@ def test_an_interrupted_run_keeps_the_cases_that_are_complete(folder, done, comp
     assert len(said) == 2 * complete  # of five cases, which both methods judge before the next
     assert add_further_verdicts(folder, limit=2, judges=judges) == 6 - complete
     assert len(said_by(folder, ["sme", "fbs"])) == 12
+
+
+def test_labels_of_the_question_stands_are_judged_again_in_a_table_of_their_own(folder):
+    before = read_tables(folder)
+    judges = (FurtherMethod(Reason.ENGINE, "label@mujoco:frequency=240"),)
+    asked = {"part": "test", "limit": 1, "question": Question.STANDS, "judges": judges}
+    assert add_further_verdicts(folder, **asked) == 3
+    assert add_further_verdicts(folder, **asked) == 0
+    after, benchmark = read_tables(folder), load_benchmark(folder)
+    for one, other in zip(after[:3], before[:3], strict=True):
+        pd.testing.assert_frame_equal(one, other)
+    said = benchmark.opinions_on(Question.STANDS)
+    said = said[said["judge"].isin(str(make_method(own.spec).spec) for own in asked_to_stand(judges))]
+    assert keys_of(said) == keys_of(benchmark.select("test", limit=1, question=Question.STANDS))
+    assert said.groupby("reason").size().to_dict() == {"engine": 3, "limits": 6}
+    for row in said[said["reason"] == "engine"].itertuples():
+        verdict = make_method(row.judge).judge(benchmark.layout(row.layout, row.scenario))
+        assert verdict.failing_step == (None if pd.isna(row.failing_step) else row.failing_step)
+    assert after[3]["stands_opinions"]["judged_with"]
+    assert main(["benchmark", "info", str(folder)]) == 0
+
+
+def test_all_methods_of_a_panel_are_asked_and_thresholds_besides():
+    asked = [make_method(own.spec).spec for own in asked_to_stand(labelling.JUDGES)]
+    assert len({str(spec) for spec in asked}) == len(labelling.JUDGES) + 2
+    for spec in asked:
+        assert dict(spec.values)["question"] == "stands"
+    limits = [own for own in asked_to_stand(()) if own.reason is Reason.LIMITS]
+    assert [own.spec.split(":")[1] for own in limits] == [
+        "eps_t=9,eps_r=9,question=stands", "eps_t=11,eps_r=11,question=stands",
+    ]  # fmt: skip
 
 
 def test_what_is_no_labelled_set_is_refused(tmp_path):

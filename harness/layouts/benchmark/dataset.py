@@ -82,10 +82,13 @@ class Benchmark:
         """Verdicts of further methods on a question."""
         return self.opinions if question is Question.WITHIN else self.stands_opinions
 
+    def confidence_on(self, question: Question) -> pd.DataFrame:
+        """As :attr:`confidence`, of labels of a question."""
+        return self.confidence if question is Question.WITHIN else self._stands_confidence
+
     @cached_property
-    def stands_confidence(self) -> pd.DataFrame:
-        """As :attr:`confidence`, of labels of the question ``stands``."""
-        return confidence(self.stands, self.stands_opinions)
+    def _stands_confidence(self) -> pd.DataFrame:
+        return confidence(self.stands[self.stands["status"] == "done"], self.stands_opinions)
 
     @cached_property
     def natural_stable(self) -> dict[str, float]:

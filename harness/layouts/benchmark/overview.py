@@ -9,6 +9,7 @@ import pandas as pd
 from steadyload.layouts.benchmark.confidence import agrees
 from steadyload.layouts.benchmark.dataset import Benchmark
 from steadyload.layouts.benchmark.parts import SPLITS
+from steadyload.layouts.model.question import Question
 from steadyload.layouts.model.scenarios import Scenario
 
 _NO_SPLIT = "none"
@@ -26,8 +27,9 @@ def overview(benchmark: Benchmark) -> dict[str, Any]:
         ``stands``: cases by status of their label of the question ``stands``;
         ``confidence``: ``cases`` that were judged again, how many of their labels are ``robust``
         and ``fragile`` (somebody of the ensemble disagrees), and the ``mean`` confidence, null
-        where there are none; ``judges``: a row a further method with ``reason``, ``cases`` and
-        ``agreement``, the share of these that name the label's failing step.
+        where there are none; ``confidence_stands``: likewise, of labels of the question
+        ``stands``; ``judges``: a row a further method, of both questions, with ``reason``,
+        ``cases`` and ``agreement``, the share of these that name the label's failing step.
     """
     cases = benchmark.cases
     labelled = cases[cases["status"] == "done"]
@@ -46,7 +48,8 @@ def overview(benchmark: Benchmark) -> dict[str, Any]:
         "splits": [_counts(name, which, part) for name, which, part in parts if len(part)],
         "natural_stable": benchmark.natural_stable,
         "stands": {str(k): int(n) for k, n in benchmark.stands["status"].value_counts().items()},
-        "confidence": _confidence(benchmark),
+        "confidence": _confidence(benchmark.confidence),
+        "confidence_stands": _confidence(benchmark.confidence_on(Question.STANDS)),
         "judges": _further_methods(benchmark),
     }
 
@@ -65,8 +68,7 @@ def _counts(split: str, scenario: str, part: pd.DataFrame) -> dict[str, Any]:
     }
 
 
-def _confidence(benchmark: Benchmark) -> dict[str, Any]:
-    table = benchmark.confidence
+def _confidence(table: pd.DataFrame) -> dict[str, Any]:
     table = table[table["robust"].notna()]
     robust = int(table["robust"].sum())
     mean = float(table["confidence"].mean()) if len(table) else None
@@ -74,10 +76,12 @@ def _confidence(benchmark: Benchmark) -> dict[str, Any]:
 
 
 def _further_methods(benchmark: Benchmark) -> list[dict[str, Any]]:
-    opinions = benchmark.opinions
-    same = opinions.assign(same=agrees(benchmark.cases, opinions))
-    groups = same.groupby(["reason", "judge"], sort=False)["same"]
-    return [
-        {"judge": judge, "reason": reason, "cases": len(said), "agreement": float(said.mean())}
-        for (reason, judge), said in groups
-    ]
+    rows = []
+    for question, labels in zip(Question, (benchmark.cases, benchmark.stands), strict=True):
+        opinions = benchmark.opinions_on(question)
+        same = opinions.assign(same=agrees(labels, opinions))
+        rows += [
+            {"judge": judge, "reason": reason, "cases": len(said), "agreement": float(said.mean())}
+            for (reason, judge), said in same.groupby(["reason", "judge"], sort=False)["same"]
+        ]
+    return rows

@@ -211,7 +211,7 @@ def compare(lab: Lab, asked: Options, *, sizes: tuple[int, ...] = (), views: int
         of_planar = load_benchmark(PLANAR)
         planar = _judged_set(asked, ran[PLANAR], of_planar, Question.WITHIN, SMALL_SIZES)
     labels = load_labels(main.folder)
-    within = Question.WITHIN in asked.questions
+    within, first = Question.WITHIN in asked.questions, asked.questions[0]
     papers = within and asked.timeout is None
     epochs, converted = unlike_the_paper(list(sets[0].evaluation.judged.keys.values()))
     unlabelled = benchmark.cases["status"].value_counts().sort_index()
@@ -227,7 +227,9 @@ def compare(lab: Lab, asked: Options, *, sizes: tuple[int, ...] = (), views: int
         left_out=asked.left_out,
         epochs=epochs if papers else None,
         converted=converted and papers,
-        ceiling=label_ceiling(labels, benchmark.opinions) if within else None,
+        ceiling=label_ceiling(
+            judged.asked(first).labels, benchmark.opinions_on(first), first
+        ),
         same_order=same_order(paper(), sets[0].evaluation.methods) if papers else (0, 0),
         crossed=crossed(sets[0]),
         small=small is not None,
@@ -297,7 +299,7 @@ def _judged_set(
     views: int = 0,
 ) -> JudgedSet:
     every = load_judged(ran.folder).of((*asked.shown(question), *asked.planar))
-    judged = every.asked(question)
+    judged = every.asked(question).with_confidence(benchmark.confidence_on(question))
     said, labels = judged.said, judged.labels
     assert every.labels is not None, "the study is on a labelled set"
     assert labels is not None, "there are labels of either question"

@@ -229,12 +229,10 @@ def summarise(
 
 
 def _labels(asked: str) -> pd.DataFrame:
-    """Labels of a question, by case; whether they are robust is known of *within* alone."""
-    benchmark = load_benchmark(SET)
-    cases = benchmark.select(PART, question=LabelQuestion(asked)).set_index(KEYS)
-    robust = benchmark.confidence["robust"]
-    if asked != LabelQuestion.WITHIN:
-        robust = robust.head(0)
+    """Labels of a question, by case, and whether they are robust, where that is known."""
+    benchmark, question = load_benchmark(SET), LabelQuestion(asked)
+    cases = benchmark.select(PART, question=question).set_index(KEYS)
+    robust = benchmark.confidence_on(question)["robust"]
     return cases[["instance", "failing_step", "item_count"]].join(robust)
 
 
