@@ -88,11 +88,12 @@ planar: $(READY) ## remake the planar labelled set (a quarter of an hour); goes 
 	test -e runs/planar/manifest.json || $(BIN)/steadyload benchmark build --planar -o runs/planar
 	$(BIN)/steadyload benchmark label runs/planar --judges none
 
-lists: $(READY) ## remake the labelled set of many item lists (three hours); goes on where it was
+lists: $(READY) ## remake the labelled set of many item lists (four hours); goes on where it was
 	test -e runs/lists/manifest.json || $(BIN)/steadyload benchmark build --lists -o runs/lists
 	$(BIN)/steadyload benchmark label runs/lists --judges none
 	$(BIN)/steadyload benchmark label runs/lists --question stands
 	$(BIN)/steadyload benchmark judge runs/lists --limit 100
+	$(BIN)/steadyload benchmark judge runs/lists --limit 70 --question stands
 
 choosing: $(READY) ## remake the labelled set that searches and cascades choose on (an hour); goes on where it was
 	test -e runs/choosing/manifest.json || $(BIN)/steadyload benchmark build --choosing -o runs/choosing
