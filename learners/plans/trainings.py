@@ -111,6 +111,7 @@ class Workshop:
         *,
         workers: int,
         known: Callable[[Run], bool] = lambda run: False,
+        made: Callable[[Run], None] = lambda run: None,
         generating: Progress = silent,
         training: Progress = silent,
     ) -> None:
@@ -120,6 +121,8 @@ class Workshop:
             sections: of the plan.
             known: tells the runs whose weights are needed no more, unless they are a method or
                 another one starts from them.
+            made: called with every run as soon as it is trained, so that what its weights say can
+                be kept before the others are.
             workers: processes beside this one; each trains with one thread.
             generating: called with item lists done and item lists in all, for every set.
             training: called with trainings done and trainings in all.
@@ -155,6 +158,7 @@ class Workshop:
             ):
                 if reason:
                     raise LearnerError(f"{run.describe(0)}: {reason}")
+                made(run)
                 done += 1
                 training(done, len(runs))
 

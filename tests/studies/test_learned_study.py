@@ -252,6 +252,16 @@ def test_a_leak_is_measured_on_the_set_whose_lists_it_learns(plan, learned, fold
     assert f"36 cases, packed from {found.leak_lists} item lists, the historical part" in page
 
 
+def test_an_interrupted_study_has_kept_what_was_trained(plan, tmp_path):
+    def interrupt(work, done, _):
+        if work == "trainings" and done == 1:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        compare(Lab(tmp_path, 0, progress=interrupt), plan, limit=2, only=["remedies"])
+    assert len(list((tmp_path / "said").iterdir())) == 1
+
+
 def test_label_sources_are_told_apart(learned, workshop):
     assert [row.labels for row in learned.sources] == [
         "sme", "pbs:alpha=0.5", "sme, then labelled set",

@@ -183,17 +183,24 @@ def compare(
             (of_leaks, [s for s in sections if s == Section.LEAK]),
         )
     ]
+
+    def keep(run: Run) -> None:
+        for place, judging in places:
+            if run in judging:
+                place.keep(run)
+
     workshop.make(
         sections,
         workers=lab.workers,
         known=lambda run: all(place.knows(run) for place, own in places if run in own),
+        made=keep,
         generating=partial(lab.progress, "item lists"),
         training=partial(lab.progress, "trainings"),
     )
     every: dict[Path, tuple[JudgedPart, Run]] = {}
     for place, judging in places:
         for run in judging:
-            place.keep(run)
+            place.keep(run)  # also those that were trained before
             every.setdefault(run.folder, (place, run))
 
     def contrast(planned: Contrast, judged: JudgedPart) -> list[Trained]:
