@@ -78,7 +78,7 @@ def add_further_verdicts(
     with locked(directory):
         benchmark = load_benchmark(directory)
         cases = benchmark.select(part, limit=limit, question=question)
-        cases = _incomplete(benchmark.opinions_on(question), cases, specs)
+        cases = _incomplete(benchmark.further_verdicts_on(question), cases, specs)
         if cases.empty:
             return 0
         study = StudyDefinition(
@@ -129,7 +129,7 @@ def _add(
     rows = load_results(folder)
     judged = rows.groupby(KEYS)["method"].transform("nunique")
     said = further_rows(rows[judged == len(judges)], judges)
-    before = load_benchmark(directory).opinions_on(question)
+    before = load_benchmark(directory).further_verdicts_on(question)
     every = pd.concat([before, said], ignore_index=True)
     every = every.drop_duplicates([*KEYS, "judge"], keep="last")
     made = {"judged_with": provenance()}

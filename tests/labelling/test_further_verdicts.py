@@ -107,7 +107,7 @@ def test_labels_of_the_question_stands_are_judged_again_in_a_table_of_their_own(
     for one, other in zip(after[:3], before[:3], strict=True):
         pd.testing.assert_frame_equal(one, other)
     specs = [str(make_method(own.spec).spec) for own in asked_to_stand(judges)]
-    said = benchmark.opinions_on(Question.STANDS)
+    said = benchmark.further_verdicts_on(Question.STANDS)
     said = said[said["judge"].isin(specs)]
     assert keys_of(said) == keys_of(benchmark.select("test", limit=1, question=Question.STANDS))
     assert said.groupby("reason").size().to_dict() == {"engine": 3, "limits": 6}

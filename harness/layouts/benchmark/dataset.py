@@ -78,7 +78,7 @@ class Benchmark:
         """Confidence of labels, a row a case that the ensemble judged; see :func:`confidence`."""
         return confidence(self.cases, self.opinions)
 
-    def opinions_on(self, question: Question) -> pd.DataFrame:
+    def further_verdicts_on(self, question: Question) -> pd.DataFrame:
         """Verdicts of further methods on a question."""
         return self.opinions if question is Question.WITHIN else self.stands_opinions
 

@@ -78,7 +78,7 @@ def _confidence(table: pd.DataFrame) -> dict[str, Any]:
 def _further_methods(benchmark: Benchmark) -> list[dict[str, Any]]:
     rows = []
     for question, labels in zip(Question, (benchmark.cases, benchmark.stands), strict=True):
-        opinions = benchmark.opinions_on(question)
+        opinions = benchmark.further_verdicts_on(question)
         same = opinions.assign(same=agrees(labels, opinions))
         rows += [
             {"judge": judge, "reason": reason, "cases": len(said), "agreement": float(said.mean())}

@@ -228,7 +228,7 @@ def compare(lab: Lab, asked: Options, *, sizes: tuple[int, ...] = (), views: int
         epochs=epochs if papers else None,
         converted=converted and papers,
         ceiling=label_ceiling(
-            judged.asked(first).labels, benchmark.opinions_on(first), first
+            judged.asked(first).labels, benchmark.further_verdicts_on(first), first
         ),
         same_order=same_order(paper(), sets[0].evaluation.methods) if papers else (0, 0),
         crossed=crossed(sets[0]),
