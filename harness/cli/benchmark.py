@@ -53,12 +53,12 @@ class Info:
         if found["stands"]:
             stands = (f"{count} {name}" for name, count in found["stands"].items())
             print("\nlabels of the question stands: " + ", ".join(stands))
-        for key, what in (("confidence", "labels"), ("confidence_stands", "labels of stands")):
+        for key, of in (("confidence", ""), ("confidence_stands", " of the question stands")):
             sure = found[key]
             if sure["cases"]:
                 print(
-                    f"\nconfidence: {sure['cases']} {what} judged again, {sure['robust']} robust, "
-                    f"{sure['fragile']} fragile; mean {100 * sure['mean']:.1f} %"
+                    f"\nconfidence: {sure['cases']} labels{of} judged again, {sure['robust']} "
+                    f"robust, {sure['fragile']} fragile; mean {100 * sure['mean']:.1f} %"
                 )
         _section(
             ("judge", "reason", "cases", "agrees %"),

@@ -20,6 +20,7 @@ from steadyload.layouts.benchmark.tables import (
     write_tables,
 )
 from steadyload.layouts.model.question import Question
+from steadyload.methods.contract.spec import parse_spec
 from steadyload.methods.registry import make_method
 from steadyload.progress import Progress, silent
 from steadyload.runs.definition import StudyDefinition
@@ -100,13 +101,13 @@ def add_further_verdicts(
 
 
 def asked_to_stand(judges: Sequence[FurtherMethod]) -> tuple[FurtherMethod, ...]:
-    """The same methods for the question ``stands``, and those of other thresholds.
+    """The same methods for the question ``stands``, and the label's with other thresholds.
 
-    For the question ``within`` the traces of labels tell what other thresholds would say.
+    For the question ``within`` a label's trace has the verdicts under other thresholds.
     """
     limits = [FurtherMethod(Reason.LIMITS, spec) for spec in THRESHOLDS]
     return tuple(
-        FurtherMethod(own.reason, f"{own.spec},question={Question.STANDS}")
+        FurtherMethod(own.reason, str(parse_spec(own.spec).stating("question", Question.STANDS)))
         for own in (*judges, *limits)
     )
 

@@ -20,7 +20,12 @@ from numpy.typing import NDArray
 from steadyload.layouts.benchmark import Benchmark, load_benchmark
 from steadyload.layouts.benchmark.dataset import KEYS
 from steadyload.layouts.benchmark.parts import Part
-from steadyload.layouts.benchmark.tables import as_parquet, from_parquet, later
+from steadyload.layouts.benchmark.tables import (
+    STANDS_OPINIONS,
+    as_parquet,
+    from_parquet,
+    later,
+)
 from steadyload.layouts.files.record import Refused
 from steadyload.layouts.files.refusals import Refusals
 from steadyload.layouts.formats import read_written
@@ -230,6 +235,7 @@ def made_with(benchmark: Benchmark) -> dict[str, str]:
     stands = manifest.get("stands", {})
     steps = {step: manifest.get(step) for step in ("built_with", "labelled_with", "judged_with")}
     steps["stands_labelled_with"] = stands.get("labelled_with")
+    steps["stands_judged_with"] = manifest.get(STANDS_OPINIONS, {}).get("judged_with")
     for step, found in steps.items():
         if found is not None:
             made = provenance_lines(found)
