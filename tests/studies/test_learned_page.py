@@ -67,7 +67,7 @@ TURNED = trained("turned", (0.81, 0.95, 0.76, 0.72), difference=(0.01, 0.0, 0.01
 FEW = trained("ten", (0.6, 0.7, 0.6, 0.5), cases=30)
 BINS = [Bin("lstm_e", "a step is unstable", 0.0, 0.1, 0.04, about(0.07, n=600))]
 FOUND = Found(
-    "test", 900, 15, GROUPS[1:],
+    "lists", "test", 900, 15, GROUPS[1:],
     table=TABLE,
     size=[Curve("plain features", [FEW, PLAIN])],
     sources=[PLAIN, SUPPORT],
@@ -146,7 +146,7 @@ def test_a_page_shows_its_records(tmp_path):
     ):  # fmt: skip
         assert said in whole, said
     # What was not run is not on the page.
-    few = study.page(Found("validation", 900, 15, GROUPS[1:]))
+    few = study.page(Found(None, "validation", 900, 15, GROUPS[1:]))
     assert [section.title for section in few.sections] == ["How to read this page"]
     assert "accuracies on it are too high" in few.summary
     assert "No training" not in few.summary

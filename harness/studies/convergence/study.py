@@ -19,7 +19,7 @@ class Convergence(Study["Found"]):
     pages = (
         PublishedPage("convergence", "--second-model"),
         PublishedPage(
-            "convergence_stands", "--question stands",
+            "convergence_stands", "--question stands --cases 67",
             question="Are the labels of whether a load stands until it rests converged?",
         ),
     )  # fmt: skip
