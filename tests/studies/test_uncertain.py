@@ -10,6 +10,7 @@ import pytest
 
 from steadyload.cli import main
 from steadyload.layouts.benchmark import load_benchmark
+from steadyload.layouts.benchmark.dataset import KEYS
 from steadyload.layouts.benchmark.parts import LISTS
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.model.question import Question as LabelQuestion
