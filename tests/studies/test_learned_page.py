@@ -142,7 +142,7 @@ def test_a_page_shows_its_records(tmp_path):
         "judge 300 cases of part `test` of the set `lists`, packed from 90 item lists.",
         "No training learnt from the item lists of any test part or was stopped by its accuracy on "
         "them, but for",
-        "Trainings judge part `test` of the large set of the package: 900 cases",
+        "Trainings judge part `test` of the set `lists`: 900 cases",
     ):  # fmt: skip
         assert said in whole, said
     # What was not run is not on the page.
