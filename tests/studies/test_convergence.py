@@ -5,6 +5,7 @@ import pytest
 
 from steadyload.layouts.model.question import Question
 from steadyload.reports.table import percent
+from steadyload.runs.definition import StudyError
 from steadyload.studies.convergence.comparing import compare
 from steadyload.studies.convergence.judging import (
     BASE,
@@ -154,13 +155,19 @@ def test_the_question_stands_has_the_changes_that_were_tried(standing, assert_sh
     )
 
 
-def test_rows_of_the_question_stands_are_of_methods_asked_it(tmp_path):
+def test_rows_of_the_question_stands_are_of_methods_asked_it():
     studies = convergence_studies(2, 1, question=Question.STANDS)
     within = convergence_studies(2, 1)
     assert set(studies).isdisjoint(within)
     for study in studies.values():
         assert all("question=stands" in method for method in study.methods)
     assert not any("question" in m for study in within.values() for m in study.methods)
+
+
+def test_a_second_model_judges_for_the_question_within_alone(tmp_path):
+    with pytest.raises(StudyError, match="not allowed with --question stands; allowed: within"):
+        Convergence(asked="stands", second_model=True).run(Lab(tmp_path / "work", 0))
+    assert not (tmp_path / "work").exists()
 
 
 @pytest.mark.deep("the reference at its finest tolerances and by another integrator: 27 s")

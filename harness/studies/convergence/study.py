@@ -39,6 +39,7 @@ class Convergence(Study["Found"]):
     def run(self, lab: Lab) -> Found:
         """Labels that change, judged in runs of their own on the first of the same cases."""
         from steadyload.layouts.model.question import Question
+        from steadyload.runs.definition import StudyError
         from steadyload.studies.convergence.comparing import compare
         from steadyload.studies.convergence.judging import (
             OPINIONS,
@@ -48,8 +49,11 @@ class Convergence(Study["Found"]):
             made_with,
         )
 
+        question = Question(self.asked)
+        if self.second_model and question is Question.STANDS:
+            raise StudyError("--second-model: not allowed with --question stands; allowed: within")
         opinions = (*OPINIONS, SECOND_MODEL) if self.second_model else OPINIONS
-        asked = (self.cases, self.sample, opinions, Question(self.asked))
+        asked = (self.cases, self.sample, opinions, question)
         found = judged(lab, *asked)
         return compare(
             made_with(lab.work / name for name in convergence_studies(*asked)), *found,
