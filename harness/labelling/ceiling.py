@@ -26,11 +26,11 @@ from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import mean
 from steadyload.statistics.placed import items_placed_by_case
 
-_LIMITS = {
+_ENSEMBLES = {
     Question.WITHIN: "numerics, contact model, thresholds and time",
     Question.STANDS: "numerics, contact model and thresholds",
 }
-"""Name of the whole ensemble, by question."""
+"""Names of the whole ensemble, by question."""
 
 
 def widening(question: Question) -> Mapping[str, tuple[Reason, ...]]:
@@ -38,7 +38,7 @@ def widening(question: Question) -> Mapping[str, tuple[Reason, ...]]:
     return {
         "numerics": (Reason.NUMERICAL,),
         "numerics and contact model": (Reason.NUMERICAL, Reason.MODEL),
-        _LIMITS[question]: (Reason.NUMERICAL, Reason.MODEL, Reason.LIMITS),
+        _ENSEMBLES[question]: (Reason.NUMERICAL, Reason.MODEL, Reason.LIMITS),
     }
 
 

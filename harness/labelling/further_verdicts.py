@@ -15,6 +15,7 @@ from steadyload.layouts.benchmark.dataset import KEYS, load_benchmark
 from steadyload.layouts.benchmark.parts import Part
 from steadyload.layouts.benchmark.tables import (
     STANDS_OPINIONS,
+    read_further,
     read_tables,
     write_further,
     write_tables,
@@ -130,12 +131,16 @@ def _add(
     rows = load_results(folder)
     judged = rows.groupby(KEYS)["method"].transform("nunique")
     said = further_rows(rows[judged == len(judges)], judges)
-    before = load_benchmark(directory).further_verdicts_on(question)
-    every = pd.concat([before, said], ignore_index=True)
-    every = every.drop_duplicates([*KEYS, "judge"], keep="last")
     made = {"judged_with": provenance()}
     if question is Question.STANDS:
-        write_further(directory, STANDS_OPINIONS, every, made)
-        return
-    layouts, cases, _, manifest = read_tables(directory)
-    write_tables(directory, layouts, cases, every, manifest | made, keep_further=True)
+        before = read_further(directory, STANDS_OPINIONS)
+        write_further(directory, STANDS_OPINIONS, _joined(before, said), made)
+    else:
+        layouts, cases, before, manifest = read_tables(directory)
+        every = _joined(before, said)
+        write_tables(directory, layouts, cases, every, manifest | made, keep_further=True)
+
+
+def _joined(before: pd.DataFrame, said: pd.DataFrame) -> pd.DataFrame:
+    every = pd.concat([before, said], ignore_index=True)
+    return every.drop_duplicates([*KEYS, "judge"], keep="last")

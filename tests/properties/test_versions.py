@@ -22,7 +22,7 @@ FILE = Path(__file__).with_name("cases_by_version.json")
 """Digests of drawn cases by property and version, and the version of hypothesis that drew them."""
 
 METHODS = ("label@mujoco", "pbs")
-"""A property is asked of the first of these methods to which it applies."""
+"""The cases of a property are drawn for the first of these methods that it applies to."""
 
 
 def digest(asked):

@@ -28,8 +28,8 @@ def overview(benchmark: Benchmark) -> dict[str, Any]:
         ``confidence``: ``cases`` that were judged again, how many of their labels are ``robust``
         and ``fragile`` (somebody of the ensemble disagrees), and the ``mean`` confidence, null
         where there are none; ``confidence_stands``: likewise, of labels of the question
-        ``stands``; ``judges``: a row a further method, of both questions, with ``reason``,
-        ``cases`` and ``agreement``, the share of these that name the label's failing step.
+        ``stands``; ``judges``: for each further method of either question its ``reason``,
+        number of ``cases`` and ``agreement``, the share of these with the label's failing step.
     """
     cases = benchmark.cases
     labelled = cases[cases["status"] == "done"]
@@ -77,7 +77,8 @@ def _confidence(table: pd.DataFrame) -> dict[str, Any]:
 
 def _further_methods(benchmark: Benchmark) -> list[dict[str, Any]]:
     rows = []
-    for question, labels in zip(Question, (benchmark.cases, benchmark.stands), strict=True):
+    for question in Question:
+        labels = benchmark.cases if question is Question.WITHIN else benchmark.stands
         opinions = benchmark.further_verdicts_on(question)
         same = opinions.assign(same=agrees(labels, opinions))
         rows += [

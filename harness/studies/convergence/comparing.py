@@ -152,13 +152,16 @@ class Found:
     @property
     def across(self) -> int:
         """Panels of the chart of :attr:`swept` beside each other, one a group, four at most."""
-        return min(4, len({own.group for own in self.swept}))
+        return min(4, self._panels)
 
     @property
     def size(self) -> tuple[float, float]:
         """Width and height of that chart [inch]."""
-        groups = len({own.group for own in self.swept})
-        return 2.6 * self.across, 2.5 * -(-groups // max(1, self.across))
+        return 2.6 * self.across, 2.5 * -(-self._panels // max(1, self.across))
+
+    @property
+    def _panels(self) -> int:
+        return len({own.group for own in self.swept})
 
 
 def compare(
