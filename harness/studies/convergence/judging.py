@@ -208,7 +208,7 @@ def judged(
 def made_with(folders: Iterable[Path]) -> dict[str, str]:
     """Provenance of the results in some folders, as a page shows it, separately by part."""
     lines: dict[str, str] = {}
-    for folder in folders:
+    for folder in sorted(folders):
         manifest = load_manifest(folder)
         study, about = manifest["study"], manifest["labels"]
         lines[f"{study['name']}: cases"] = (
