@@ -24,6 +24,7 @@ from steadyload.reports.columns import column, percent, row
 from steadyload.runs.evaluation import Evaluation
 from steadyload.runs.judged import JudgedCases
 from steadyload.runs.labels import Cases
+from steadyload.statistics import metrics
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.variance import source_shares
 from steadyload.studies.kit import Lab
@@ -116,7 +117,7 @@ class SourceTable:
     cases: int
     item_lists: int
     left_out: int
-    differing: float
+    differing: Estimate
     shares: Sequence[Source]
 
     @property
@@ -188,7 +189,7 @@ def table_of(judged: JudgedCases, design: Design, answer: str) -> SourceTable:
     shape = (len(numbers), *map(len, levels.values()))
     return SourceTable(
         design, answer, len(numbers), kept.clusters.nunique(), int((~whole).sum()),
-        float((numbers != numbers[:, :1]).any(axis=1).mean()) if len(numbers) else 0.0,
+        metrics.share((numbers != numbers[:, :1]).any(axis=1), kept.clusters),
         [
             Source(
                 title, own.factors, own.whole, own.always, own.by_case, own.component,
