@@ -389,8 +389,9 @@ def test_the_page_answers_for_every_size_and_says_what_is_not_compared(large, tm
     text = write_page(study.page(found), tmp_path).read_text()
     _, answer, data, *_ = text.split("\n\n")
     assert [answer.count(f"**{size} boxes**") for size, _ in found.spans] == [1, 1, 1]
-    assert "(customers' pallets 100.0 %" in answer
-    assert "100.0 % of 1 cases of customers' pallets (the constant verdict *stable*: 100.0 %)" in (
+    assert "(customers' pallets 100.0 [20.7, 100.0] %" in answer
+    assert "100.0 [20.7, 100.0] % of 1 cases of customers' pallets (the constant verdict "
+        "*stable*: 100.0 [20.7, 100.0] %)" in (
         text
     )
     assert f"more than 61 boxes rest on `{SCREEN}`" in data

@@ -172,15 +172,11 @@ class OnPart:
         """The tuned methods, each before the others of its engine."""
         return [row for one in self.tested for row in (one.tuned, *one.others)]
 
-    def span(self, family: str = TUNED) -> list[float]:
+    def span(self, family: str = TUNED) -> list[Estimate]:
         """The least and the largest accuracy of methods of a family; empty without any."""
-        right = [one.accuracy.value for one in self.rows if one.method.family == family]
-        return [min(right), max(right)] if right else []
-
-    @property
-    def to_gain(self) -> float:
-        """The most accuracy that a search could add to its start."""
-        return 1.0 - min(self.span(START), default=1.0)
+        right = [one.accuracy for one in self.rows if one.method.family == family]
+        right.sort(key=lambda accuracy: accuracy.value)
+        return [right[0], right[-1]] if right else []
 
     @property
     def outcomes(self) -> Counter[str]:
