@@ -113,13 +113,15 @@ def test_all_are_judged_on_the_same_cases_and_held_against_the_cascade(study):
     assert set(rows.groupby("method").size()) == {18}
 
 
-def test_an_interrupted_study_goes_on(study):
+def test_an_interrupted_study_goes_on(study, monkeypatch):
     record, folder = study
+    monkeypatch.setattr("steadyload.runs.provenance.machine_kind", lambda: "another")
     again = found_in(folder)
     assert [m.cpu for m in again.swept + again.others] == [
         m.cpu for m in record.swept + record.others
     ]
     assert again.cost_source == record.cost_source
+    assert again.made_with == record.made_with, "that of the times"
 
 
 def test_thresholds_are_as_their_file_describes_them(study):

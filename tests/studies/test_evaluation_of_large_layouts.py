@@ -390,10 +390,10 @@ def test_the_page_answers_for_every_size_and_says_what_is_not_compared(large, tm
     _, answer, data, *_ = text.split("\n\n")
     assert [answer.count(f"**{size} boxes**") for size, _ in found.spans] == [1, 1, 1]
     assert "(customers' pallets 100.0 [20.7, 100.0] %" in answer
-    assert "100.0 [20.7, 100.0] % of 1 cases of customers' pallets (the constant verdict "
-        "*stable*: 100.0 [20.7, 100.0] %)" in (
-        text
-    )
+    assert (
+        "100.0 [20.7, 100.0] % of 1 cases of customers' pallets (the constant verdict *stable*: "
+        "100.0 [20.7, 100.0] %)"
+    ) in text
     assert f"more than 61 boxes rest on `{SCREEN}`" in data
     assert found.apart[0].title in data
     drawn = {p.name: p for section in study.page(found).sections for p in section.drawn}

@@ -262,7 +262,7 @@ def compare(
         confidence=float(made_by["confidence"]),
         cost_source=evaluation.cost_source,
         made_with={
-            **provenance_lines(),
+            **provenance_lines(evaluation.judged.manifest),
             "thresholds fitted by": source_line(made_by),
             "thresholds fitted on": f"{', '.join(name or 'the large set' for name in fitted_on)}; "
             f"cases {made_by['cases']}",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
@@ -28,6 +28,7 @@ from steadyload.runs.comparison import difference
 from steadyload.runs.evaluation import ALL, MethodEvaluation
 from steadyload.runs.labels import Cases, item_lists
 from steadyload.runs.paper import PaperRow, paper
+from steadyload.runs.provenance import provenance_lines
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import mean, share
 from steadyload.studies.kit import Lab
@@ -179,7 +180,8 @@ class Results:
 
     ``files``, ``geometries``, ``lists`` are those that took part, ``unlabelled`` files by scenario
     without a label. ``printed`` are the paper's figures of what is trained here; that has rows by
-    its name and split. ``left_out`` has the reasons why methods cannot judge, by spec.
+    its name and split. ``left_out`` has the reasons why methods cannot judge, by spec;
+    ``made_with`` the provenance of the others' verdicts and times.
     """
 
     files: int
@@ -194,6 +196,7 @@ class Results:
     answers: Mapping[str, Answer]
     changes: Sequence[Change]
     left_out: Mapping[str, str]
+    made_with: Mapping[str, str]
 
     def together(self, *titles: str) -> list[tuple[MethodRow, ...]]:
         """The rows of some methods as one tuple; none where one of them was not judged."""
@@ -207,7 +210,11 @@ class Found:
 
     results: Results | None = None
     labelling: Labelling | None = None
-    made_with: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def made_with(self) -> Mapping[str, str]:
+        """Provenance of the results; labels alone have none."""
+        return self.results.made_with if self.results else {}
 
 
 def replicate(
@@ -295,6 +302,7 @@ def replicate(
             *_changes("PS_opt", {title: (title, "") for title in PS_OPT}, rights, tests),
         ],
         left_out=left_out,
+        made_with=provenance_lines(evaluation.judged.manifest),
     )
 
 

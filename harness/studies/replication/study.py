@@ -48,7 +48,6 @@ class Replication(Study["Found"]):
         from steadyload.layouts.benchmark.paper_files import FileOptions, make_files
         from steadyload.layouts.packing.packing import WeightRule
         from steadyload.learners import require_training
-        from steadyload.runs.provenance import provenance_lines
         from steadyload.studies.replication.comparing import Found, replicate
 
         if not self.only_labels:
@@ -76,4 +75,4 @@ class Replication(Study["Found"]):
             ensemble=not self.quick,
             methods=self.methods,
         )
-        return Found(results, made_with=provenance_lines())
+        return Found(results)

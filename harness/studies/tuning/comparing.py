@@ -105,6 +105,7 @@ def compare(
         )
     rows: dict[str, list[Any]] = defaultdict(list)
     parts, costs = [], ""
+    made_with: dict[str, str] = {}
     for name, engines in sorted(sets.items()):
         # 3-D engines take part on the planar set with their own parameters.
         together = list(plans) if name == PLANAR else engines
@@ -127,6 +128,8 @@ def compare(
             for field, own in plans[engine].rows(found).items():
                 rows[field] += own
         costs = costs or found.cost_source.explained()
+        for what, text in provenance_lines(found.judged.manifest).items():
+            made_with[f"set {name}: {what}"] = text
     # Of each engine the one that found its preset first.
     ordered = [s for engine, plan in plans.items() for s in (plan.finder, *by_engine[engine])]
     return Found(
@@ -135,7 +138,7 @@ def compare(
         parts=parts,
         gains=search_gains(lab, sets.get(LISTS, ()), gains) if gains else (),
         costs_explained=costs,
-        made_with=provenance_lines(),
+        made_with=made_with,
     )
 
 
