@@ -26,7 +26,7 @@ def made_up(parameters, shares, questions=(Question.WITHIN,), answer=PLACED):
     factors = [("engine",), ("parameters",), ("engine", "parameters")]
     found = [Source("", f, *4 * [about(v)], 4) for f, v in zip(factors, shares, strict=True)]
     return SourceTable(
-        Design("lists", parameters, questions), answer, 299, 50, 1, 0.5, tuple(found)
+        Design("lists", parameters, questions), answer, 299, 50, 1, about(0.5), tuple(found)
     )
 
 
@@ -92,7 +92,14 @@ def test_the_page_shows_every_part(assert_shown):
     assert_shown(
         EngineStudy(),
         everything,
-        answer=[*map(percent, whole), percent(about(0.7)), percent(about(0.9)), 240, 50],
+        answer=[
+            *map(percent, whole),
+            percent(FOUR.differing),
+            percent(about(0.7)),
+            percent(about(0.9)),
+            240,
+            50,
+        ],
         tables=[
             *(table.shares for table in everything.tables),
             everything.equal.engines,
