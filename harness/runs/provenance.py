@@ -122,11 +122,12 @@ def machine_kind() -> str:
     return f"{name} {get_host_cpu_name()}"
 
 
-def provenance_lines(made: Mapping[str, Any] | None = None) -> dict[str, str]:
+def provenance_lines(made: Mapping[str, Any] | None = None, of: str = "") -> dict[str, str]:
     """A provenance as a page shows it.
 
     Args:
         made: the manifest of a run folder; None for a run with the present code and machine.
+        of: the part of the page that was made so, which every line then names; empty: all of it.
     """
     made = provenance() if made is None else made
     found = {
@@ -139,7 +140,9 @@ def provenance_lines(made: Mapping[str, Any] | None = None) -> dict[str, str]:
         for name, entry in engines().items()
         if entry.newest is not None and not made["versions"].keys() >= {*entry.packages}
     ]
-    return found | ({"without the engines": ", ".join(without)} if without else {})
+    if without:
+        found["without the engines"] = ", ".join(without)
+    return {f"{of}: {name}": text for name, text in found.items()} if of else found
 
 
 def source_line(made: Mapping[str, Any]) -> str:

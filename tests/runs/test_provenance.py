@@ -159,6 +159,8 @@ def test_a_provenance_reads_as_lines():
     assert provenance_lines(made)["source"] == "git 0123456789ab"
     version = metadata.version("steadyload")
     assert source_line(made | {"git": None}) == f"installed package {version}"
+    of_rows = {f"rows: {name}": text for name, text in provenance_lines(made).items()}
+    assert provenance_lines(made, of="rows") == of_rows
 
 
 def test_a_page_names_the_processor_that_its_times_are_of():

@@ -214,6 +214,5 @@ def made_with(folders: Iterable[Path]) -> dict[str, str]:
         lines[f"{study['name']}: cases"] = (
             f"{about['cases']} of part {about['part']} of {about['set']}"
         )
-        for key, text in provenance_lines(manifest).items():
-            lines[f"{study['name']}: {key}"] = text
+        lines |= provenance_lines(manifest, of=study["name"])
     return lines

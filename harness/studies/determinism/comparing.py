@@ -349,6 +349,5 @@ def _differences(spec: str, pairs: pd.DataFrame, said: pd.Series) -> list[Differ
 
 def _made_with(then: Mapping[str, Any], now: Mapping[str, Any]) -> dict[str, str]:
     """Provenance of both runs."""
-    rows = {f"rows: {name}": text for name, text in provenance_lines(then).items()}
     times = {"started": now["started"], "finished": now["finished"] or "not yet"}
-    return {**rows, **times, **provenance_lines(now)}
+    return {**provenance_lines(then, of="rows"), **times, **provenance_lines(now)}

@@ -128,8 +128,7 @@ def compare(
             for field, own in plans[engine].rows(found).items():
                 rows[field] += own
         costs = costs or found.cost_source.explained()
-        for what, text in provenance_lines(found.judged.manifest).items():
-            made_with[f"set {name}: {what}"] = text
+        made_with |= provenance_lines(found.judged.manifest, of=f"set {name}")
     # Of each engine the one that found its preset first.
     ordered = [s for engine, plan in plans.items() for s in (plan.finder, *by_engine[engine])]
     return Found(

@@ -174,8 +174,8 @@ class OnPart:
 
     def span(self, family: str = TUNED) -> list[Estimate]:
         """The least and the largest accuracy of methods of a family; empty without any."""
-        right = [one.accuracy for one in self.rows if one.method.family == family]
-        right.sort(key=lambda accuracy: accuracy.value)
+        own = (one.accuracy for one in self.rows if one.method.family == family)
+        right = sorted(own, key=lambda accuracy: accuracy.value)
         return [right[0], right[-1]] if right else []
 
     @property
