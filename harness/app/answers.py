@@ -19,6 +19,7 @@ from steadyload.statistics.estimate import Estimate
 
 if TYPE_CHECKING:
     from steadyload.transport.trials import RuleAnswer
+    from steadyload.app.faults import Fault
 
 TIPPING = 5.0
 """Angle [degrees] from which on a moved box is said to tip."""
@@ -81,10 +82,12 @@ class Check(ShownInNotebook):
         verdict: of the method; None where the layout is not valid.
         failing_box, moved_box: ids of the boxes of the failing step and of the one that moves too
             far; None where there is no such box, or it has no id.
-        footing: how the moved box stands in the plan, or that of the failing step where none is
-            known to move; None for a load that does not fail.
-        reason: how that box stands, in numbers of the load; the gap of a load that hovers; what is
-            wrong with a layout that is not valid, and why there is no verdict; else empty.
+        fault: the facts behind a load that fails; None for one that does not, and for one that is
+            crushed.
+        balance_lost_box: id of the box after which contact forces do not balance a plan that fails;
+            None where there is no such box, or it has no id.
+        reason: the fault in a sentence; the gap of a load that hovers; what is wrong with a layout
+            that is not valid, and why there is no verdict; else empty.
         method_reason: what the method itself says; empty for a load that stands.
         gaps: number of boxes that have nothing under them when they are loaded.
         gap: the largest below them; None where there is none.
@@ -113,7 +116,8 @@ class Check(ShownInNotebook):
     verdict: Verdict | None = None
     failing_box: str | None = None
     moved_box: str | None = None
-    footing: Footing | None = None
+    fault: Fault | None = None
+    balance_lost_box: str | None = None
     reason: str = ""
     method_reason: str = ""
     gaps: int = 0
@@ -141,9 +145,15 @@ class Check(ShownInNotebook):
         return self.gap is not None and self.gap.exceeds(self.gaps_cm)
 
     @property
+    @property
+    def footing(self) -> Footing | None:
+        """How the box at fault stands in the plan; None where there is no fault."""
+        return None if self.fault is None else self.fault.footing
+
     def side(self) -> Side | None:
         """Side of its support beyond which the centre of mass of the box at fault lies."""
-        return None if self.footing is None else self.footing.side
+        edge = None if self.footing is None else self.footing.edge
+        return None if edge is None else edge.side
 
     @property
     def unsupported(self) -> bool:
@@ -155,7 +165,7 @@ class Check(ShownInNotebook):
 
     @property
     def sentence(self) -> str:
-        """The answer in a few words: "fails at step 5: SKU-2002 tips to +z, 13.1 cm"."""
+        """The answer in a few words: "fails at box 6 of 9: SKU-2002 tips to +z, 13.1 cm"."""
         if self.answer is Answer.STANDS:
             return "stands" + self._gap_in_brief
         if self.answer is Answer.BAD_INPUT:
@@ -168,24 +178,27 @@ class Check(ShownInNotebook):
             return self.crushed.sentence(self.frame)
         assert self.verdict is not None
         said = self.verdict
-        box = self.moved_box if said.moved_item is not None else self.failing_box
-        motion = f"{box or f'item {said.item_at_fault}'}{self._motion}"
-        return f"fails at step {said.failing_step}: {motion}"
+        assert said.failing_step is not None, "what fails, fails at a step"
+        at_fault = said.failing_step if said.moved_item is None else said.moved_item
+        box = self.failing_box if said.moved_item is None else self.moved_box
+        placed = f"box {said.failing_step + 1} of {self.items}"
+        return f"fails at {placed}: {box or f'box {at_fault + 1}'}{self._motion}"
 
     @property
     def _hovering(self) -> str:
         gap = self.gap
         assert gap is not None, "a load hovers for a gap"
-        above = "" if gap.onto is None else f" above {self.gap_onto_box or f'item {gap.onto}'}"
+        above = "" if gap.onto is None else f" above {self.gap_onto_box or f'box {gap.onto + 1}'}"
         high = f"{self.frame.length(gap.height, finely=True)}{above or ' up'}"
-        return f"hovers at step {gap.item}: {self.gap_box or f'item {gap.item}'}, {high}"
+        box = self.gap_box or f"box {gap.item + 1}"
+        return f"hovers at box {gap.item + 1} of {self.items}: {box}, {high}"
 
     @property
     def _gap_in_brief(self) -> str:
         """The largest gap of a load that stands, to follow that; empty where there is none."""
         if self.gap is None:
             return ""
-        box = self.gap_box or f"item {self.gap.item}"
+        box = self.gap_box or f"box {self.gap.item + 1}"
         more = f" and {self.gaps - 1} more" if self.gaps > 1 else ""
         return f"; {self.frame.length(self.gap.height, finely=True)} of air under {box}{more}"
 
@@ -193,10 +206,13 @@ class Check(ShownInNotebook):
     def _motion(self) -> str:
         """Motion of the box, as far as verdict and plan tell it, to follow its name."""
         said, way = self.verdict, f" to {self.side.way(self.frame)}" if self.side else ""
-        if said is None or said.displacement is None:  # a method that measures no movement
+        seen = self.fault is not None and self.fault.simulation
+        if said is None or said.displacement is None or not seen:
             if self.unsupported:
                 return " has nothing under it"
-            return f" leans{way}" if way else ""
+            lost = None if self.fault is None else self.fault.lost
+            gives_way = lost is not None and said is not None and lost.item == said.item_at_fault
+            return f" leans{way}" if way else " gives way" if gives_way else ""
         how = "moves" if said.rotation is None or said.rotation < TIPPING else f"tips{way}"
         return f" {how}, {self.frame.length(said.displacement)}"
 
@@ -224,6 +240,8 @@ class Check(ShownInNotebook):
         known, widest = self.items is not None, 0.0 if self.gap is None else self.gap.height
         record = {
             "layout": self.layout,
+        seen = self.fault is not None and self.fault.simulation
+        lost = None if self.fault is None else self.fault.lost
             "file": self.file,
             "items": self.items,
             "method": self.method,
@@ -233,8 +251,8 @@ class Check(ShownInNotebook):
             "failing_box": self.failing_box,
             "moved_item": of_verdict("moved_item"),
             "moved_box": self.moved_box,
-            "displacement_cm": of_verdict("displacement_cm"),
-            "rotation_deg": of_verdict("rotation_deg"),
+            "displacement_cm": of_verdict("displacement_cm") if seen else None,
+            "rotation_deg": of_verdict("rotation_deg") if seen else None,
             **_footing_fields(self.footing, self.frame),
             "unsupported": self.unsupported if known else None,
             "hovering": self.hovering if known else None,
@@ -248,6 +266,9 @@ class Check(ShownInNotebook):
             "reason": self.reason,
             "method_reason": self.method_reason,
             "outside": list(self.outside),
+            "balance_lost_step": None if lost is None else lost.step,
+            "balance_lost_box": self.balance_lost_box,
+            "balance_lost_item": None if lost is None else lost.item,
             "doubt": self.doubt,
             "remedy": self.remedy,
             "reliability": None if sure is None else sure.accuracy.value,
@@ -293,12 +314,12 @@ def on_the_road(rule: str) -> str:
 
 
 def _footing_fields(found: Footing | None, frame: Frame) -> dict[str, Any]:
-    side = None if found is None else found.side
+    edge = None if found is None else found.edge
     return {
-        "side": None if side is None else str(side),
-        "direction": None if side is None else side.way(frame),
-        "beyond_edge_cm": None if found is None else found.beyond,
-        "edge_of_step": None if found is None else found.edge,
+        "side": None if edge is None else str(edge.side),
+        "direction": None if edge is None else edge.side.way(frame),
+        "beyond_edge_cm": None if found is None else 0.0 if edge is None else edge.beyond,
+        "edge_of_step": None if edge is None else edge.box,
         "base_supported": None if found is None else found.support,
     }
 

@@ -19,7 +19,7 @@ from steadyload.layouts.files.record import Refused
 from steadyload.layouts.files.sources import distinct_names
 from steadyload.layouts.model.frame import Frame
 from steadyload.layouts.model.layout import Layout
-from steadyload.layouts.model.naming import box_label
+from steadyload.layouts.model.naming import label_in
 from steadyload.methods.contract.verdict import Status, Verdict
 from steadyload.methods.session.recording import (
     Recording,
@@ -273,5 +273,5 @@ def _road_fact(check: Check, layout: Layout) -> tuple[str, ...]:
         return (f"holds {road.rule}",)
     if worst.held is None or worst.moved_item is None:
         return (f"{road.rule}: no answer",)
-    box = box_label(worst.moved_item, layout.items[worst.moved_item].name)
+    box = label_in(layout.items, worst.moved_item)
     return (f"{road.rule}: {box} {worst.mode} at {worst.direction_deg:g} degrees",)

@@ -13,7 +13,7 @@ from steadyload.app.answers import Answer as Answer
 from steadyload.app.answers import Check as Check
 from steadyload.app.answers import Reliability
 from steadyload.app.check_defaults import GAPS_CM, default_method, default_methods
-from steadyload.app.faults import footing_at_fault, reason_of
+from steadyload.app.faults import Fault, fault_of
 from steadyload.app.recommend.front import Front, FrontError, front_for
 from steadyload.app.recommend.kept import load_fronts
 from steadyload.errors import UserError
@@ -75,7 +75,8 @@ def check(
 
     Args:
         layout: the plan, in the order of loading.
-        method: that answers, or its spec; None for the default one for so many boxes
+        method: that answers; or its spec, which is asked whether the load stands unless it states
+            another question; None for the default one for so many boxes
             (:func:`steadyload.app.check_defaults.default_method`).
         timeout: CPU seconds that it and the look for crushed boxes may take.
         transport: a rule of the road that the complete load is asked to hold, such as ``en12195``,
@@ -98,7 +99,15 @@ def check(
     if found.answer is not Answer.FAILS or found.crushed is not None:
         return found
     assert found.verdict is not None, "what fails was judged"
-    return replace(found, remedy=_remedy(layout, found.verdict, found.frame))
+    fault = fault_of(layout, found.verdict, found.method)
+    assert fault is not None, "what fails has a step"
+    return replace(
+        found,
+        fault=fault,
+        balance_lost_box=None if fault.lost is None else box_id(layout.items, fault.lost.step),
+        reason=fault.sentence(layout, found.frame),
+        remedy=_remedy(layout, fault, found.frame),
+    )
 
 
 def answer_on(
@@ -110,7 +119,7 @@ def answer_on(
     gaps_cm: float | None = GAPS_CM,
     frame: Frame | None = None,
 ) -> Check:
-    """The answer of :func:`check` without a remedy, for those who judge many changed plans.
+    """The answer of :func:`check` without its reason and remedy, for many changed plans.
 
     Args:
         layout: see there.
@@ -143,10 +152,8 @@ def answer_on(
         reason = said or str(verdict.status)
     elif answer is Answer.HOVERS:
         reason = note
-    elif crushed is not None:
-        reason = crushed.sentence(frame)
     else:
-        reason = reason_of(layout, verdict, frame, method=spec)
+        reason = "" if crushed is None else crushed.sentence(frame)
     return Check(
         layout=layout.name,
         items=len(layout),
@@ -155,7 +162,6 @@ def answer_on(
         verdict=verdict,
         failing_box=box_id(layout.items, verdict.failing_step),
         moved_box=box_id(layout.items, verdict.moved_item),
-        footing=footing_at_fault(layout, verdict),
         reason=reason,
         method_reason=said,
         gaps=len(found),
@@ -182,11 +188,15 @@ def _on_the_road(layout: Layout, rule: Rule | None, method: Method) -> RuleAnswe
     return answer_rule(layout, rule, method)
 
 
-def _remedy(layout: Layout, verdict: Verdict, frame: Frame) -> str:
-    """The smallest change by which the failing step would stand, in a sentence."""
-    if verdict.failing_step is None:
-        return ""
-    found = _look_for_remedy(layout, verdict.failing_step)
+def _remedy(layout: Layout, fault: Fault, frame: Frame) -> str:
+    """The smallest change by which the failing step would stand, in a sentence.
+
+    Where nothing helps there, and balance is lost before, that by which balance would be kept.
+    """
+    found = _look_for_remedy(layout, fault.step)
+    if found is not None and not found.helps and fault.lost and fault.lost.step < fault.step:
+        earlier = _look_for_remedy(layout, fault.lost.step)
+        found = earlier if earlier is not None and earlier.helps else found
     return "" if found is None else found.sentence(layout, frame)
 
 

@@ -11,7 +11,7 @@ from steadyload.app.answers import Answer, Check
 from steadyload.app.repair_results import Outcome, Repair
 from steadyload.config import stated
 from steadyload.layouts.model.layout import Layout
-from steadyload.layouts.model.naming import box_label, with_ids
+from steadyload.layouts.model.naming import label_in, with_ids
 from steadyload.methods.contract.method import Status, Verdict
 from steadyload.reports.table import brief_time, significant
 from steadyload.reports.viewer.notebook import shown_html
@@ -91,7 +91,7 @@ def repair_pictures(repair: Repair) -> tuple[LoadPicture, ...]:
         at_fault = check.gap.item
     caption = f"{plan.name} as planned"
     if at_fault is not None:
-        caption += f", {box_label(at_fault, plan.items[at_fault].name)} in red"
+        caption += f", {label_in(plan.items, at_fault)} in red"
     before = LoadPicture(plan.pallet.size, _drawn(plan), at_fault, caption=caption)
     if repair.outcome is not Outcome.REPAIRED:
         return (before,)
@@ -119,7 +119,7 @@ def load_picture(layout: Layout, verdict: Verdict | None = None) -> LoadPicture:
     caption = f"{layout.name}: {placed} of {len(layout)} items"
     at_fault = None if verdict is None else verdict.item_at_fault
     if at_fault is not None:
-        caption += f", {box_label(at_fault, layout.items[at_fault].name)} in red"
+        caption += f", {label_in(layout.items, at_fault)} in red"
     return LoadPicture(layout.pallet.size, _drawn(layout)[:placed], at_fault, caption=caption)
 
 

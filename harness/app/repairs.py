@@ -14,7 +14,7 @@ from steadyload.escaping import shown
 from steadyload.layouts.files.record import Refused
 from steadyload.layouts.model.frame import Frame
 from steadyload.layouts.model.layout import Layout, LayoutError, require_layout
-from steadyload.layouts.model.naming import box_label
+from steadyload.layouts.model.naming import label_in
 from steadyload.layouts.model.snapping import snap
 from steadyload.methods.contract.method import Method
 from steadyload.methods.registry import method_of
@@ -250,7 +250,7 @@ def _why_not(
     left = found.nearest.left_out
     if not left:
         return f"of {found.judged} changed plans none was confirmed (allowed changes: {words})"
-    box = box_label(left[0], layout.items[left[0]].name)
+    box = label_in(layout.items, left[0])
     others = {1: "", 2: ", nor has 1 other"}.get(len(left), f", nor have {len(left) - 1} others")
     free = "place where it stands" if set(allowed) - {Kind.ORDER} else "turn at which it stands"
     others_stand = "; with leave the others may stand without them"

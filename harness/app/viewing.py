@@ -10,7 +10,7 @@ from typing import Unpack
 import numpy as np
 
 from steadyload.app.check_defaults import GAPS_CM, default_method, default_methods
-from steadyload.app.faults import reason_of
+from steadyload.app.faults import fault_of
 from steadyload.atomic import write_atomically
 from steadyload.errors import UserError, nearest
 from steadyload.layouts.files.record import Refused
@@ -19,7 +19,7 @@ from steadyload.layouts.formats import Reading, scan_layouts
 from steadyload.layouts.model.footing import gaps, largest
 from steadyload.layouts.model.frame import Frame
 from steadyload.layouts.model.layout import Layout, require_layout
-from steadyload.layouts.model.naming import box_label, with_ids
+from steadyload.layouts.model.naming import label_in, with_ids
 from steadyload.methods.contract.method import Method
 from steadyload.methods.registry import make_method
 from steadyload.methods.session.recording import RecordedStep, Recording, record_loading
@@ -217,10 +217,10 @@ def _card(
 
     recordings = _recorded(layout, judges, record)
     view, verdict = view_of(layout, recordings, made, frame=frame), recordings[0].verdict
-    headline, said = recordings[0].headline, with_ids(verdict.sentence(frame), layout.items)
+    headline, said = recordings[0].headline, replace(verdict, layout=layout).sentence(frame)
     reason = _reason(recordings[0], layout, frame)
     if reason and verdict.displacement is None:
-        said = replace(verdict, reason=reason).sentence(frame)
+        said = replace(verdict, layout=None, reason=reason).sentence(frame)
     kinds = {True: "stands", False: "fails" if verdict.failing_step is not None else "no verdict"}
     hovers = verdict.stable and view.hovering and not headline
     answer = headline or (f"hovers: {view.gap_note}" if hovers else said)
@@ -279,17 +279,18 @@ def _items(layout: Layout) -> tuple[ViewedItem, ...]:
             item.mass_offset,
             item.weight,
             item.name,
-            box_label(item.sequence, item.name),
+            label_in(layout.items, item.sequence),
         )
         for item in layout.items
     )
 
 
 def _reason(recording: Recording, layout: Layout, frame: Frame) -> str:
-    """How the box at fault stands in the plan; empty where nothing fails, and for a ride."""
-    if recording.headline:
-        return ""
-    return reason_of(layout, recording.verdict, frame, method=recording.method)
+    """Why the load fails; empty where nothing fails, and for a ride."""
+    fault = None
+    if not recording.headline:
+        fault = fault_of(layout, recording.verdict, recording.method)
+    return "" if fault is None else fault.sentence(layout, frame)
 
 
 def _loading(recording: Recording, layout: Layout) -> ViewedLoading:

@@ -8,7 +8,7 @@ from enum import StrEnum
 from steadyload.escaping import shown
 from steadyload.layouts.files.limits import MAX_TEXT_LENGTH
 from steadyload.layouts.model.layout import Layout
-from steadyload.layouts.model.naming import box_label
+from steadyload.layouts.model.naming import label_in
 from steadyload.measured.errors import FieldTestError
 from steadyload.numbers import number_within
 
@@ -187,7 +187,7 @@ class FieldTest:
         return "a box" if self.moved_step is None else self._box(self.moved_step)
 
     def _box(self, step: int) -> str:
-        return box_label(step, self.layout.items[step].name)
+        return label_in(self.layout.items, step)
 
 
 def _number(name: str, value: object, most: float, unit: str) -> float:

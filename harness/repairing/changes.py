@@ -10,7 +10,7 @@ import numpy as np
 
 from steadyload.layouts.model.frame import Frame
 from steadyload.layouts.model.layout import Item, Layout, Vector
-from steadyload.layouts.model.naming import box_label
+from steadyload.layouts.model.naming import label_in
 from steadyload.repairing.plan import kept_in_order
 
 
@@ -96,7 +96,7 @@ def changes_between(plan: Layout, changed: Layout, origins: Sequence[int]) -> tu
         changed: as it is now.
         origins: of every item of ``changed`` the step in ``plan``.
     """
-    labels = [box_label(step, item.name) for step, item in enumerate(plan.items)]
+    labels = [label_in(plan.items, step) for step in range(len(plan))]
     steady = set(kept_in_order(origins))
     found = []
     for new_step, step in enumerate(origins):

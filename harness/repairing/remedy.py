@@ -9,7 +9,7 @@ from steadyload.layouts.model.contacts import find_supports
 from steadyload.layouts.model.footing import Side, footing
 from steadyload.layouts.model.frame import Frame
 from steadyload.layouts.model.layout import TOLERANCE, Layout, Vector
-from steadyload.layouts.model.naming import box_label
+from steadyload.layouts.model.naming import label_in
 from steadyload.methods.registry import make_method
 from steadyload.repairing.changes import sideways
 from steadyload.repairing.loading_order import LoadingOrder
@@ -43,6 +43,11 @@ class Remedy:
     missing_cm: float = 0.0
     gives_way: int | None = None
 
+    @property
+    def helps(self) -> bool:
+        """Whether some change would let the step stand."""
+        return self.after is not None or self.way is not None or self.side is not None
+
     def sentence(self, layout: Layout, frame: Frame | None = None) -> str:
         """The changes in words: "box 7 would stand if it lay 5.5 cm towards -x".
 
@@ -52,7 +57,7 @@ class Remedy:
         """
         frame, ways = frame or Frame(), []
         if self.after is not None:
-            other = box_label(self.after, layout.items[self.after].name)
+            other = label_in(layout.items, self.after)
             ways.append(f"if it were loaded after {other}")
         if self.way is not None:
             parts = [sideways(self.way, frame)] * bool(self.way[0] or self.way[2])
@@ -62,10 +67,9 @@ class Remedy:
         if self.side is not None:
             missing = frame.length(self.missing_cm, finely=True)
             ways.append(f"if its support reached {missing} further to {self.side.way(frame)}")
-        box, below = box_label(self.step, layout.items[self.step].name), ""
+        box, below = label_in(layout.items, self.step), ""
         if self.gives_way is not None:
-            name = layout.items[self.gives_way].name
-            below = f"; {box_label(self.gives_way, name)} gives way below it"
+            below = f"; {label_in(layout.items, self.gives_way)} gives way below it"
         if ways:
             return f"{box} would stand {', or '.join(ways)}{below}"
         return f"{box} stands nowhere within {frame.length(REACH)} sideways of its place{below}"
@@ -87,13 +91,14 @@ def remedy(layout: Layout, step: int) -> Remedy | None:
         if after is None:
             return None
     at_fault = footing(layout, step)
-    missing = at_fault.beyond + OF_MOVED if at_fault.side is not None else 0.0
+    edge = at_fault.edge
+    missing = 0.0 if edge is None else edge.beyond + OF_MOVED
     in_turn = LoadingOrder(boxes, reorder=False, margin=0.0)
     stuck = in_turn.load(boxes.planned).stuck
     below, way = _gives_way(boxes, step, stuck), _shift(boxes, step, in_turn)
     if way is None and below is not None:
         return Remedy(step, after, gives_way=below)
-    return Remedy(step, after, way, at_fault.side, missing, below)
+    return Remedy(step, after, way, None if edge is None else edge.side, missing, below)
 
 
 def _gives_way(boxes: Boxes, step: int, unloaded: Collection[int]) -> int | None:

@@ -8,7 +8,7 @@ import numpy as np
 
 from steadyload.engines.world import EngineError, Poses
 from steadyload.layouts.model.layout import FloatArray, Layout
-from steadyload.layouts.model.naming import box_label
+from steadyload.layouts.model.naming import label_in
 from steadyload.methods.contract.method import Method, Status, Verdict
 from steadyload.methods.session.recording import RecordedStep, Recording
 from steadyload.methods.simulation.scene import in_layout
@@ -60,8 +60,7 @@ def record_ride(layout: Layout, rule: Rule, direction_deg: float, method: Method
         verdict = Verdict(count, Status.ERROR, reason=str(error))
         headline, judged = f"{asked}: no answer", 0
     else:
-        item = layout.items[ride.moved_item]
-        label = box_label(item.sequence, item.name)
+        label = label_in(layout.items, ride.moved_item)
         verdict = Verdict(
             count,
             failing_step=None if ride.held else count - 1,

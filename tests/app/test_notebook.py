@@ -100,7 +100,7 @@ def test_a_repair_shows_the_plan_before_and_after_it_at_one_scale():
         f"falls: stands: 1 box moved confirmed by {repair.judged_by} before "
         f"{repair.before.sentence} changes {told}"
     )
-    assert found.caption == "falls as planned, item 1 in red; repaired, moved boxes in amber"
+    assert found.caption == "falls as planned, box 2 of 3 in red; repaired, moved boxes in amber"
     assert found.picture.get("viewBox") == f"0 0 {2 * WIDTH} {HEIGHT}"
     fills = [shape.get("fill") for shape in found.picture]
     assert len(fills) == 2 * (1 + 3 * 3) + 3
@@ -141,7 +141,7 @@ def test_names_are_text():
 def test_a_verdict_without_its_layout_has_no_picture():
     found = shown(sl.Verdict(20, failing_step=5, reason="item 4 tips"))
     assert found.picture is None
-    assert "fails at step 5 of 20 (score 0.25): item 4 tips" in found.words
+    assert "fails at box 6 of 20 (score 0.25): item 4 tips" in found.words
 
 
 def test_the_layout_of_a_verdict_is_no_part_of_what_is_compared():

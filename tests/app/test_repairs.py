@@ -106,9 +106,9 @@ def test_another_order_alone_is_named_and_moves_nothing():
         EARLY.items[step].position for step in found.origins
     ]
     [change] = found.changes
-    assert change.sentence() == "box B (step 2) is loaded before box TOP (step 1)"
+    assert change.sentence() == "box B (3rd of 3) is loaded before box TOP (2nd of 3)"
     assert str(found).startswith("plan: stands by another order of loading alone [")
-    assert str(found).endswith("]; box B (step 2) is loaded before box TOP (step 1)")
+    assert str(found).endswith("]; box B (3rd of 3) is loaded before box TOP (2nd of 3)")
 
 
 @pytest.mark.parametrize("method", ["equilibrium", "sme"])
@@ -140,7 +140,7 @@ def test_a_plan_for_which_there_is_nothing_says_why_in_a_sentence():
         assert (found.outcome, found.stands) == (Outcome.NOT_REPAIRED, False)
         assert found.layout is plan
         assert (found.changes, found.left_out) == ((), ())
-        assert found.reason.startswith(f"box {box} (step ")
+        assert found.reason.startswith(f"box {box} (")
         assert f"(allowed changes: {', '.join(kinds)})" in found.reason
         assert "\n" not in found.reason
         assert found.sentence == f"not repaired: {found.reason}"
@@ -155,7 +155,7 @@ def test_what_is_left_out_is_said_and_only_where_that_is_allowed(order):
     assert found.left_out[0] is LEANS.items[1]
     assert found.sentence == "stands: 1 box left out"
     assert found.origins == (0,)
-    assert [change.sentence() for change in found.changes] == ["box B (step 1) is left out"]
+    assert [change.sentence() for change in found.changes] == ["box B (2nd of 2) is left out"]
     record = found.to_dict()
     assert (record["boxes_left_out"], record["steps_left_out"]) == (1, [1])
     kept = repair(LEANS, [*kinds, "shift"])
@@ -175,7 +175,7 @@ def test_a_plan_of_which_every_box_would_be_left_out_is_not_repaired(count, kind
     others = ", nor has 1 other" * (count - 1)
     assert (found.outcome, found.layout, found.left_out) == (Outcome.NOT_REPAIRED, plan, ())
     assert found.reason == (
-        f"box A (step 0) has no free place where it stands{others} "
+        f"box A (1st of {count}) has no free place where it stands{others} "
         f"(allowed changes: {', '.join(kinds)})"
     )
 
@@ -245,7 +245,7 @@ def test_sentences_are_in_the_axes_and_the_unit_of_the_file():
     centimetres = -change.way[0]
     assert 5.0 < centimetres < 10.0
     [told] = repair(LEANS, frame=frame).sentences
-    assert told == f"box B (step 1) moves {10 * centimetres:g} mm towards -y"
+    assert told == f"box B (2nd of 2) moves {10 * centimetres:g} mm towards -y"
 
 
 def test_a_record_holds_what_was_done_in_values_of_json():

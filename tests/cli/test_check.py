@@ -14,7 +14,6 @@ from steadyload.app import checking, demo
 from steadyload.app.check_defaults import default_method
 from steadyload.app.checking import check, check_all, reliability
 from steadyload.app.demo import demo_pallets
-from steadyload.app.faults import reason_of
 from steadyload.app.recommend.kept import load_fronts
 from steadyload.cli import main
 from steadyload.layouts.benchmark import load_benchmark
@@ -22,7 +21,7 @@ from steadyload.layouts.benchmark.parts import REAL
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.model.layout import Item, Layout, Pallet
 from steadyload.methods import registry
-from steadyload.methods.contract.method import Status, Verdict
+from steadyload.methods.contract.method import Status
 from steadyload.methods.registry import make_method
 from steadyload.runs.scoring import read_entries
 from steadyload.transport.rules import Rule
@@ -53,7 +52,7 @@ DEFAULT = default_method(2)
 
 STANDING, FALLING = stack("stands", (5.0, 0.0)), stack("falls", (22.0, 0.0))
 REMEDY = (
-    "box SKU-2002 (step 1) would stand if it lay 7.5 cm towards -x, or if its support reached "
+    "box SKU-2002 (2nd of 2) would stand if it lay 7.5 cm towards -x, or if its support reached "
     "7.5 cm further to +x"
 )
 """Of the falling one: back by as far as it lies past the edge, and by 5 mm."""
@@ -102,11 +101,11 @@ def test_a_row_a_pallet_and_counts_that_fit_eighty_columns(run):
     assert status == 1
     assert header.split() == ["pallet", "boxes", "accuracy", "answer"]
     assert first.split() == ["stands", "2", "98", "%", "stands"]
-    assert "fails at step 1: SKU-2002 leans to +x" in second
+    assert "fails at box 2 of 2: SKU-2002 leans to +x" in second
     assert third.startswith("a name that is fa...")
     assert last == f"3 pallets: 1 stand, 2 fail ({DEFAULT})"
     assert max(map(len, (header, first, second, third, last))) <= 80
-    assert fault.startswith("falls: the centre of mass of box SKU-2002 (step 1) lies 7.0 cm past")
+    assert fault.startswith("falls: the centre of mass of box SKU-2002 (2nd of 2) lies 7.0 cm past")
     assert remedy == f"falls: {REMEDY}"
     assert "the same for all such pallets" in accuracy
     assert "sure" not in out
@@ -123,9 +122,10 @@ def test_an_answer_that_the_table_cuts_stands_in_full_below(run):
     airy = hovering(0.4, id_=long).renamed("airy")
     _, out, _ = run([crushed, both, airy, FALLING])
     lines = out.splitlines()
-    said = f"crushed at step 1: box {long} (step 0) bears 8 kg of 1"
-    assert [f"{name}: {said}" in lines for name in ("crushed", "both")] == [True, True]
-    assert "both: box AIR (step 2) has nothing under it; it drops 5.0 cm onto the floor" in lines
+    for name, count in (("crushed", 2), ("both", 3)):
+        said = f"crushed when the 2nd box is placed: box {long} (1st of {count}) bears 8 kg of 1"
+        assert f"{name}: {said}" in lines
+    assert "both: box AIR (3rd of 3) has nothing under it; it drops 5.0 cm onto the floor" in lines
     assert f"airy: stands; 0.4 cm of air under {long}" in lines
     assert not any(line.startswith("falls: fails") for line in lines)  # it is not cut
     assert max(map(len, lines[:5])) <= 80
@@ -277,7 +277,7 @@ def test_several_processes_say_the_same():
 def test_a_box_without_support_is_said_to_have_nothing_under_it(run):
     status, out, _ = run([stack("hangs", (31.0, 0.0)), FALLING])
     assert status == 1
-    assert "fails at step 1: SKU-2002 has nothing under it" in out
+    assert "fails at box 2 of 2: SKU-2002 has nothing under it" in out
     told = json.loads(run([stack("hangs", (31.0, 0.0)), FALLING], "--json")[1])
     assert [one["unsupported"] for one in told] == [True, False]
 
@@ -310,8 +310,8 @@ def test_a_box_in_the_air_is_called_out_and_fails_beyond_a_limit(run, rise, word
         "SKU-2002", "SKU-2001", 0,
     )  # fmt: skip
     assert told["unsupported"] == told["hovering"] == (answer == "hovers")
-    said = f"has nothing under it; it drops {rise:.1f} cm onto box SKU-2001 (step 0)"
-    assert told["gap_note"] == f"box SKU-2002 (step 1) {said}"
+    said = f"has nothing under it; it drops {rise:.1f} cm onto box SKU-2001 (1st of 2)"
+    assert told["gap_note"] == f"box SKU-2002 (2nd of 2) {said}"
     assert told["reason"] == (told["gap_note"] if answer == "hovers" else "")
 
 
@@ -337,8 +337,10 @@ def test_a_gap_is_told_in_text_on_the_page_and_in_python(run, tmp_path):
     status, out, _ = run([hovering(4.0), hovering(0.4).renamed("near")], "--html", str(tmp_path))
     assert status == 1
     lines = out.splitlines()
-    note = "box SKU-2002 (step 1) has nothing under it; it drops 4.0 cm onto box SKU-2001 (step 0)"
-    assert lines[1].endswith("hovers at step 1: SKU-2002, 4.0 cm above SKU-2001")
+    note = (
+        "box SKU-2002 (2nd of 2) has nothing under it; it drops 4.0 cm onto box SKU-2001 (1st of 2)"
+    )
+    assert lines[1].endswith("hovers at box 2 of 2: SKU-2002, 4.0 cm above SKU-2001")
     assert lines[2].endswith("stands; 0.4 cm of air under SKU-2002")
     assert lines[3] == f"hovers: {note}"
     rule = (
@@ -389,7 +391,7 @@ def test_weights_are_in_the_unit_of_the_file(run, tmp_path):
     )
     words = ["--units", "mm", "--up", "z", "--weight", "g", "-m", "sme"]
     status, out, _ = run([file], *words, "--html", str(tmp_path))
-    said = "crushed at step 1: box A (step 0) bears 9000 g of 5000"
+    said = "crushed when the 2nd box is placed: box A (1st of 2) bears 9000 g of 5000"
     assert status == 1
     assert said in out
     assert said in (tmp_path / "index.html").read_text()
@@ -429,38 +431,21 @@ def test_rows_of_several_files_name_their_files(run, capsys, tmp_path):
     assert [told["file"] for told in json.loads(capsys.readouterr().out)] == [one]
 
 
-def test_a_fall_that_the_plan_does_not_show_is_said_to_be_of_the_simulation_alone():
-    fell = Verdict(2, failing_step=1, moved_item=1, displacement=3.0, rotation=11.0)
-    said = "% of its base is supported; it moves too far only in the simulation of label@mujoco"
-    assert reason_of(STANDING, fell, method="label@mujoco").endswith(
-        f"83 {said}, while contact forces balance every box in the plan"
-    )
-    items = (*FALLING.items, Item(2, (0.0, 0.0, 0.0), (20, 20, 20), 5.0, name="LATE"))
-    late = replace(fell, item_count=3, failing_step=2, moved_item=2)
-    assert reason_of(Layout("late", PALLET, items), late, method="label@mujoco").endswith(
-        f"100 {said}; the first box that contact forces do not balance in the plan is box "
-        "SKU-2002 (step 1)"
-    )
-    assert "simulation" not in reason_of(FALLING, fell, method="label@mujoco")
-    unmoved = replace(fell, moved_item=None, displacement=None, rotation=None)
-    assert "simulation" not in reason_of(STANDING, unmoved, method="fbs")
-
-
 def test_a_load_that_falls_and_hovers_elsewhere_says_both(run):
     items = (*FALLING.items, Item(2, (0.0, 5.0, 0.0), (20, 20, 20), 5.0, name="AIR"))
     both = Layout("both", PALLET, items)
     status, out, _ = run([both], "--fail-on", "gaps=3")
     assert status == 1
-    assert "both: box AIR (step 2) has nothing under it; it drops 5.0 cm onto the floor" in out
+    assert "both: box AIR (3rd of 3) has nothing under it; it drops 5.0 cm onto the floor" in out
     assert "both: the centre of mass of box SKU-2002" in out
     assert run([both], "--fail-on", "gaps=6")[0] == 0
 
 
 def test_reasons_are_of_the_load_and_those_of_the_method_stand_beside(run):
     [told] = json.loads(run([FALLING], "--json", "-m", "equilibrium")[1])
-    assert told["reason"].startswith("the centre of mass of box SKU-2002 (step 1) lies 7.0 cm")
+    assert told["reason"].startswith("the centre of mass of box SKU-2002 (2nd of 2) lies 7.0 cm")
     assert told["method_reason"] == (
-        "no contact forces balance box SKU-2002 (step 1) when box SKU-2002 (step 1) is placed"
+        "no contact forces balance box SKU-2002 (2nd of 2) when box SKU-2002 (2nd of 2) is placed"
     )
     assert (told["direction"], told["side"]) == ("+x", "right")
     assert told["beyond_edge_cm"] == pytest.approx(7.0)
@@ -470,8 +455,8 @@ def test_reasons_are_of_the_load_and_those_of_the_method_stand_beside(run):
 @pytest.mark.parametrize(
     ("height", "said"),
     [
-        ("340", ["hovers at step 1: B, 40 mm above A", "it drops 40 mm onto box A"]),
-        ("320.2", ["hovers at step 1: B, 20.2 mm above A", "it drops 20.2 mm onto box A"]),
+        ("340", ["hovers at box 2 of 2: B, 40 mm above A", "it drops 40 mm onto box A"]),
+        ("320.2", ["hovers at box 2 of 2: B, 20.2 mm above A", "it drops 20.2 mm onto box A"]),
         ("300.5", ["stands; 0.5 mm of air under B"]),
     ],
 )
@@ -485,8 +470,8 @@ def test_sentences_speak_the_axes_and_the_unit_of_the_file(run, tmp_path, height
     )
     status, out, _ = run([file], "--units", "mm", "--up", "z")
     assert status == 1
-    assert "fails at step 1: B leans to +x" in out
-    assert "lies 50 mm past the edge of box A (step 0) (+x); 38 % of its base is supported" in out
+    assert "fails at box 2 of 2: B leans to +x" in out
+    assert "lies 50 mm past the edge of box A (1st of 2) (+x); 38 % of its base is supported" in out
     assert all(sentence in out for sentence in said)
 
 
@@ -539,9 +524,9 @@ def test_reliability_is_what_was_measured_on_layouts_of_the_size():
 def test_in_python_an_answer_prints_in_one_line():
     told = str(sl.check(FALLING))
     assert told.startswith(
-        "falls (2 boxes): fails at step 1: SKU-2002 leans to +x; the centre of mass of box "
-        "SKU-2002 (step 1) lies 7.0 cm past the edge of box SKU-2001 (step 0) (+x); 27 % of its "
-        f"base is supported; {REMEDY} ["
+        "falls (2 boxes): fails at box 2 of 2: SKU-2002 leans to +x; the centre of mass of box "
+        "SKU-2002 (2nd of 2) lies 7.0 cm past the edge of box SKU-2001 (1st of 2) (+x); 27 % of "
+        f"its base is supported; {REMEDY} ["
     )
     assert DEFAULT in told
     assert "\n" not in told
@@ -549,9 +534,9 @@ def test_in_python_an_answer_prints_in_one_line():
     simulated = sl.check(FALLING, "ps_opt@mujoco:question=stands")
     assert f"tips to +x, {simulated.verdict.displacement:.1f} cm" in simulated.sentence
     static = sl.check(FALLING, "sme")
-    assert static.sentence == "fails at step 1: SKU-2002 leans to +x"
+    assert static.sentence == "fails at box 2 of 2: SKU-2002 leans to +x"
     assert sl.check(stack("off", (22.0, 0.0), (-8.0, 0.0, 0.0)), "fbs").sentence == (
-        "fails at step 1: SKU-2002"
+        "fails at box 2 of 2: SKU-2002"
     )
 
 
@@ -566,7 +551,7 @@ def test_a_page_of_all_pallets_is_written_beside_the_rows(run, tmp_path):
     assert f"--html: '{tmp_path / 'file'}' is no folder; allowed: a folder" in err
     page = (tmp_path / "out" / "index.html").read_text()
     assert "2 pallets: 1 stand, 1 fail." in page
-    assert [name in page for name in ("fails at step 1: SKU-2002", "player-0", "player-1")] == [
+    assert [name in page for name in ("fails at box 2 of 2: SKU-2002", "player-0", "player-1")] == [
         True
     ] * 3
 
@@ -658,7 +643,7 @@ def test_the_page_says_what_holds(run, tmp_path):
     page = (tmp_path / "out" / "index.html").read_text()
     assert "holds eumos40509" in page
     assert "eumos40509 judges the ride of the complete load" in page
-    assert "eumos40509: box T (step 0) tips at 0 degrees" in page
+    assert "eumos40509: box T (1st of 1) tips at 0 degrees" in page
     assert "<em>road: no</em>" in page
 
 
@@ -669,7 +654,7 @@ def test_a_box_that_bears_too_much_fails_at_its_step(run, tmp_path):
     weak = Layout("weak", PALLET, tuple(boxes))
     status, out, _ = run([weak], "--html", str(tmp_path / "out"))
     assert status == 1
-    assert "crushed at step 3: box C1 (step 1) bears 16 kg of 12" in out
+    assert "crushed when the 4th box is placed: box C1 (2nd of 4) bears 16 kg of 12" in out
     said = json.loads(run([weak], "--json")[1])[0]
     assert (said["answer"], said["score"], said["failing_step"]) == ("fails", 1.0, None)
     assert (said["crushed_step"], said["crushed_item"], said["allowed_kg"]) == (3, 1, 12.0)
@@ -681,7 +666,7 @@ def test_what_falls_before_it_crushes_falls():
     top = Item(2, (62.0, 40.0, 30.0), (30, 20, 20), 90.0, name="HEAVY")
     items = tuple(replace(item, max_load=50.0) for item in FALLING.items)
     found = sl.check(Layout("falls", PALLET, (*items, top)))
-    assert found.sentence.startswith("fails at step 1")
+    assert found.sentence.startswith("fails at box 2")
     assert found.crushed is None
 
 

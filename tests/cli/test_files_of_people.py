@@ -79,7 +79,7 @@ def with_bad(path, bad=1, good=1):
 def test_a_profile_and_flags_say_the_same(folder, capsys):
     status, table, err = run(capsys, "score", "wms.csv", "--profile", "wms.toml", "-m", "fbs")
     assert (status, err) == (0, "")
-    assert "box SKU-2002 (step 1): 46.7% of its base is supported" in table
+    assert "box SKU-2002 (2nd of 2): 46.7% of its base is supported" in table
     flags = ["--units", "mm", "--weight", "g", "--up", "z", "--positions", "centre",
              "--columns", COLUMNS[0], "--columns", COLUMNS[1]]  # fmt: skip
     _, out, _ = run(capsys, "score", "wms.csv", "--json", "-m", "sme", *flags)
@@ -128,7 +128,7 @@ def test_flags_override_a_profile(folder, capsys):
 
 
 def test_a_method_names_boxes_by_their_ids(folder, capsys):
-    for ids, label in ((("a", "b"), "box b (step 1)"), (("", ""), "item 1")):
+    for ids, label in ((("a", "b"), "box b (2nd of 2)"), (("", ""), "box 2 of 2")):
         write_layouts(folder / "a.json", [leaning("A", ids)], Format.NATIVE)
         _, out, _ = run(capsys, "score", "a.json", "-m", "equilibrium", "--json")
         (record,) = json.loads(out)
@@ -155,7 +155,7 @@ def test_wrong_layouts_are_reported_and_the_others_judged(folder, capsys):
     assert sum(r["status"] == "refused" for r in records) == 14
     lines = err.splitlines()
     assert lines[0] == (
-        'steadyload: a.json: layout "L0": box SKU-7 (step 1): weight is 0 kg; '
+        'steadyload: a.json: layout "L0": box SKU-7 (2nd): weight is 0 kg; '
         "allowed: a positive finite number, 1e-09 to 1000000 kg"
     )
     assert lines[5:] == [
@@ -206,7 +206,7 @@ def test_a_study_leaves_out_wrong_layouts_and_says_so(folder, capsys):
         status, out, err = run(capsys, *words)
         assert status == 3
         assert out.startswith(f"{computed} rows computed")
-        assert 'a.json: layout "L0": box SKU-7 (step 1): weight is 0 kg' in err
+        assert 'a.json: layout "L0": box SKU-7 (2nd): weight is 0 kg' in err
         assert "2 of 4 layouts were refused" in err
     manifest = load_manifest(folder / "runs" / "s")
     assert (manifest["layouts"], manifest["refused"]["count"]) == (2, 2)
@@ -272,15 +272,15 @@ def test_a_layout_is_viewed_although_another_is_wrong(folder, capsys):
     assert run(capsys, "view", "a.json", "--layout", "L1", "-m", "sme")[0] == 0
     status, out, err = run(capsys, "view", "a.json", "-m", "sme")
     assert (status, out) == (3, "view.html\n")
-    assert "box SKU-7 (step 1): weight is 0 kg" in err
+    assert "box SKU-7 (2nd): weight is 0 kg" in err
     status, _, err = run(capsys, "view", "a.json", "--layout", "L0", "-m", "sme")
     assert status == 2
-    assert "box SKU-7 (step 1): weight is 0 kg" in err
+    assert "box SKU-7 (2nd): weight is 0 kg" in err
 
 
 def test_the_viewer_names_boxes_and_escapes_them(folder, capsys):
     write_layouts(folder / "a.json", [leaning("A", ("<i>", "<script>x"))], Format.NATIVE)
     assert run(capsys, "view", "a.json", "-m", "fbs")[0] == 0
     page = (folder / "view.html").read_text()
-    assert "fails at box &lt;script&gt;x (step 1)" in page
+    assert "fails at box &lt;script&gt;x (2nd of 2)" in page
     assert "<script>x" not in page

@@ -59,7 +59,7 @@ def test_a_run_becomes_a_figure(tmp_path, assert_drawn):
 def test_a_packer_that_asks_gets_a_load_that_stands(tmp_path):
     shown = run("packing-with-a-session.ipynb", tmp_path)
     assert shown.count("data:image/svg+xml") == 3
-    assert "careless: fails at step" in shown
+    assert "careless: fails at box" in shown
     assert "careful: stands" in shown
     assert (tmp_path / "packed.json").exists()
 

@@ -350,17 +350,17 @@ HIGH = (
     [
         (
             "0,0,1700,400,400,400,9000",
-            "box b (step 1): spans z = 1700 to 2100 mm; allowed: inside the pallet's contour, 0 to "
+            "box b (2nd): spans z = 1700 to 2100 mm; allowed: inside the pallet's contour, 0 to "
             "1800 mm (+-0.1)",
         ),
         (
             "-250,0,0,400,400,300,9000",
-            "box b (step 1): spans x = -250 to 150 mm; allowed: inside the pallet's contour, -100 "
+            "box b (2nd): spans x = -250 to 150 mm; allowed: inside the pallet's contour, -100 "
             "to 1300 mm (+-0.1): up to 100 mm over the edge of the deck",
         ),
         (
             "0,0,297.5,400,400,300,9000",
-            "box b (step 1): overlaps box a (step 0) by 2.5 mm or more along every axis; allowed: "
+            "box b (2nd): overlaps box a (1st) by 2.5 mm or more along every axis; allowed: "
             "at most 0.1 mm",
         ),
         (
@@ -383,7 +383,7 @@ def test_a_refusal_speaks_the_axes_and_units_of_the_file(tmp_path, second, messa
     )
     with pytest.raises(LayoutError) as refusal:
         read_layouts(path, dialect=Dialect(units="mm", up="z", weight="g"))
-    assert str(refusal.value).startswith(f'{path}: layout "A": box b (step 1): ')
+    assert str(refusal.value).startswith(f'{path}: layout "A": box b (2nd): ')
     assert str(refusal.value).endswith(message)
     assert str(pickle.loads(pickle.dumps(refusal.value))) == str(refusal.value)
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from steadyload.layouts.files.dialect import Dialect
-from steadyload.layouts.model.footing import Gap, footing, gaps, largest
+from steadyload.layouts.model.footing import Edge, Gap, Side, footing, gaps, largest
 from steadyload.layouts.model.frame import Frame
 from steadyload.layouts.model.layout import Item, Layout, Pallet
 
@@ -30,30 +30,32 @@ def stack(shift=(0.0, 0.0), offset=(0.0, 0.0, 0.0), rise=0.0):
         ((5.0, 0.0), (0.0, 0.0, 0.0), None, 0.0),
         ((14.0, 0.0), (2.0, 0.0, 0.0), "right", 1.0),
         ((14.0, 0.0), (0.0, 0.0, 0.0), None, 0.0),
+        ((15.0, 0.0), (0.0, 0.0, 0.0), "right", 0.0),
+        ((14.0, 0.0), (1.0, 0.0, 0.0), "right", 0.0),
     ],
 )
 def test_a_centre_of_mass_lies_beyond_a_side_of_the_support(shift, offset, side, beyond):
     """Back is low z: a layout begins in its left-bottom-back corner."""
     found = footing(stack(shift, offset), 1)
-    assert (found.side, found.beyond) == (side, pytest.approx(beyond))
-    assert found.edge == (None if side is None else 0)
-    assert footing(stack(shift, offset), 0).side is None  # on the floor
+    expected = None if side is None else Edge(Side(side), pytest.approx(beyond), 0)
+    assert found.edge == expected
+    assert footing(stack(shift, offset), 0).edge is None  # on the floor
 
 
 def test_a_footing_is_said_in_numbers_of_the_load():
     said = footing(stack((22.0, 0.0)), 1).sentence(stack((22.0, 0.0)))
     assert said == (
-        "the centre of mass of box B (step 1) lies 7.0 cm past the edge of box A (step 0) (+x); "
-        "27 % of its base is supported"
+        "the centre of mass of box B (2nd of 2) lies 7.0 cm past the edge of box A (1st of 2) "
+        "(+x); 27 % of its base is supported"
     )
     within = stack((5.0, 0.0))
     assert footing(within, 1).sentence(within) == (
-        "the centre of mass of box B (step 1) lies above its support; 83 % of its base is supported"
+        "83 % of the base of box B (2nd of 2) is supported"
     )
     out = Item(0, (-8.0, 0.0, 30.0), (20.0, 20.0, 20.0), 5.0, (-5.0, 0.0, 0.0))
     over = Layout("over", PALLET, (out,))
     assert footing(over, 0).sentence(over) == (
-        "the centre of mass of item 0 lies 3.0 cm past the edge of the deck (-x); "
+        "the centre of mass of box 1 of 1 lies 3.0 cm past the edge of the deck (-x); "
         "60 % of its base is supported"
     )
 
@@ -61,10 +63,10 @@ def test_a_footing_is_said_in_numbers_of_the_load():
 def test_sentences_have_the_axes_and_the_unit_of_the_file():
     frame = Frame.of(Dialect(units="mm", up="z"))
     along_x, along_z = stack((22.0, 0.0)), stack((0.0, 15.0))
-    assert "lies 70 mm past the edge of box A (step 0) (+y);" in footing(along_x, 1).sentence(
+    assert "lies 70 mm past the edge of box A (1st of 2) (+y);" in footing(along_x, 1).sentence(
         along_x, frame
     )
-    assert "lies 50 mm past the edge of box A (step 0) (+x);" in footing(along_z, 1).sentence(
+    assert "lies 50 mm past the edge of box A (1st of 2) (+x);" in footing(along_z, 1).sentence(
         along_z, frame
     )
     assert Frame.of(None) == Frame.of(Dialect()) == Frame()
@@ -110,7 +112,7 @@ def test_a_gap_is_as_high_as_the_box_hovers(rise):
     assert footing(layout, 1).gap == gap
     if rise == 4.0:
         assert gap.sentence(layout) == (
-            "box B (step 1) has nothing under it; it drops 4.0 cm onto box A (step 0)"
+            "box B (2nd of 2) has nothing under it; it drops 4.0 cm onto box A (1st of 2)"
         )
     assert gaps(stack((10.0, 0.0), rise=0.005)) == ()
 

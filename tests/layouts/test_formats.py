@@ -302,7 +302,7 @@ def test_an_excel_file_with_a_byte_order_mark_is_read(tmp_path, layouts):
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"weight": math.nan}, 'layout "A": box box (step 0): weight is nan kg'),
+        ({"weight": math.nan}, 'layout "A": box box (1st): weight is nan kg'),
         ({"weight": -1}, "weight is -1 kg"),
         ({"weight": "7"}, "weight is '7'; allowed: a number"),
         ({"weight": True}, "weight is True; allowed: a number"),

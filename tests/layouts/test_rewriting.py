@@ -537,7 +537,7 @@ def test_codes_of_rotation_are_those_of_the_solver(tmp_path):
 @pytest.mark.parametrize(
     ("text", "how", "message"),
     [
-        (CERTIFICATE, {"moved": {1: (0.5, 0.0, 40.0)}}, r"box type 0 \(step 1\): has Y = 0.5 cm"),
+        (CERTIFICATE, {"moved": {1: (0.5, 0.0, 40.0)}}, r"box type 0 \(2nd\): has Y = 0.5 cm"),
         (CERTIFICATE, {"order": (1, 0, 2)}, "another order than that of height.*allowed: .*native"),
         (CERTIFICATE.replace("YZX", "3"), {"turn": {0}}, "is turned.*'3'; allowed: .*X, Y, Z"),
         (CERTIFICATE.replace("ITEM,1,", "STACK,0,1,0,0,0,0,20,30,40,\nITEM,1,"), {"turn": {0}},
@@ -673,11 +673,11 @@ def test_another_centre_of_mass_or_weight_is_refused(tmp_path):
     source.write_text(SHIPPED)
     plan, _ = read_layouts(source, dialect=MILLIMETRES)
     heavy = replan(plan.with_mass_offsets([[1.0, 0.0, 0.0], [0.0, 0.0, 0.0]]))
-    with pytest.raises(LayoutError, match=r"box a \(step 0\): .*another centre of mass; allowed: "):
+    with pytest.raises(LayoutError, match=r"box a \(1st\): .*another centre of mass; allowed: "):
         rewrite(source, target, {"P": heavy}, dialect=MILLIMETRES)
     first, second = plan.items
     lighter = Layout("P", plan.pallet, (first, replace(second, weight=4.0)))
-    with pytest.raises(LayoutError, match=r"box b \(step 1\): .*another weight; allowed: "):
+    with pytest.raises(LayoutError, match=r"box b \(2nd\): .*another weight; allowed: "):
         rewrite(source, target, {"P": Replanned(lighter, (0, 1))}, dialect=MILLIMETRES)
     assert not target.exists()
 

@@ -49,7 +49,7 @@ def test_a_box_that_comes_too_early_would_stand_after_the_one_that_carries_it():
     found = remedy(plan(BLOCK, upper, right), 1)
     assert found.after == 2
     assert found.sentence(plan(BLOCK, upper, right)).startswith(
-        "item 1 would stand if it were loaded after item 2, or if it lay 5.5 cm towards -x"
+        "box 2 of 3 would stand if it were loaded after box 3 of 3, or if it lay 5.5 cm towards -x"
     )
 
 
@@ -60,7 +60,7 @@ def test_a_box_below_that_gives_way_is_named():
     found = remedy(plan(BLOCK, plank, load), 2)
     assert found.gives_way == 1
     assert found.way[0] < 0.0
-    assert found.sentence(plan(BLOCK, plank, load)).endswith("; item 1 gives way below it")
+    assert found.sentence(plan(BLOCK, plank, load)).endswith("; box 2 of 3 gives way below it")
 
 
 def test_a_box_that_stands_needs_nothing():
@@ -76,7 +76,7 @@ def test_a_box_without_room_stands_nowhere():
     found = remedy(plan(*walls, peg, lid), 3)
     assert found.way is None
     said = found.sentence(plan(*walls, peg, lid), Frame(unit="mm"))
-    assert said == "item 3 would stand if its support reached 355 mm further to +z"
+    assert said == "box 4 of 4 would stand if its support reached 355 mm further to +z"
 
 
 @settings(max_examples=60, derandomize=True)

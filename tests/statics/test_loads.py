@@ -256,9 +256,9 @@ def test_what_falls_has_no_forces():
 def test_the_first_box_that_bears_too_much_is_named():
     assert first_crushed(column(5.0, 6.0, 7.0, 8.0, most=21.0)) is None
     found = first_crushed(column(5.0, 6.0, 7.0, 9.0, most=21.0))
-    assert (found.step, found.item, found.label) == (3, 0, "box B0 (step 0)")
+    assert (found.step, found.item, found.label) == (3, 0, "box B0 (1st of 4)")
     assert (found.bears_kg, found.allowed_kg) == (pytest.approx(22.0), 21.0)
-    assert str(found) == "crushed at step 3: box B0 (step 0) bears 22 kg of 21"
+    assert str(found) == "crushed when the 4th box is placed: box B0 (1st of 4) bears 22 kg of 21"
     assert first_crushed(column(5.0, 6.0, 7.0, 9.0)) is None
 
 

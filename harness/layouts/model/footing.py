@@ -6,6 +6,7 @@ distance that a box without anything under it falls straight down in the plan.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -14,7 +15,7 @@ import numpy as np
 from steadyload.layouts.model.contacts import FLOOR, Patch, Supports, find_supports
 from steadyload.layouts.model.frame import Frame
 from steadyload.layouts.model.layout import TOLERANCE, Layout
-from steadyload.layouts.model.naming import box_label
+from steadyload.layouts.model.naming import label_in
 
 
 class Side(StrEnum):
@@ -51,14 +52,38 @@ class Gap:
         return self.height > limit + TOLERANCE
 
     def sentence(self, layout: Layout, frame: Frame | None = None) -> str:
-        """Which box it is and onto what it drops: "box 7 has nothing under it; ..."."""
+        """Which box it is and onto what it drops: "box 7 ... has nothing under it; ..."."""
         if self.onto is not None:
-            below = _label(layout, self.onto)
+            below = label_in(layout.items, self.onto)
         else:
             on_deck = self.height <= float(layout.lower[self.item, 1])
             below = "the floor" if on_deck else "the ground"
         drop = (frame or Frame()).length(self.height, finely=True)
-        return f"{_label(layout, self.item)} has nothing under it; it drops {drop} onto {below}"
+        box = label_in(layout.items, self.item)
+        return f"{box} has nothing under it; it drops {drop} onto {below}"
+
+
+@dataclass(frozen=True, slots=True)
+class Edge:
+    """An edge of a support, and how far past it a weight acts.
+
+    Attributes:
+        side: of the box, beyond the rectangle about its support; of several the one on which the
+            weight acts farthest out.
+        beyond: how far outside [cm]; 0 for a weight that acts on the edge, within 0.1 mm.
+        box: number of the box whose edge it is; None for the deck.
+    """
+
+    side: Side
+    beyond: float
+    box: int | None
+
+    def sentence(self, layout: Layout, frame: Frame | None = None) -> str:
+        """Where the weight acts: "5.0 cm past the edge of box A (1st of 2) (+x)"."""
+        frame = frame or Frame()
+        past = f"{frame.length(self.beyond)} past" if self.beyond else "on"
+        of = "the deck" if self.box is None else label_in(layout.items, self.box)
+        return f"{past} the edge of {of} ({self.side.way(frame)})"
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,33 +93,30 @@ class Footing:
     Attributes:
         item: number of the box.
         support: share of its base that the floor and boxes loaded before it carry, 0 to 1.
-        side: beyond which its centre of mass lies outside the rectangle about its support, the one
-            on which it lies farther out; None where it lies inside, or there is no support.
-        beyond: how far it lies outside there [cm]; 0 inside.
-        edge: number of the box past whose edge it lies; None for the edge of the deck.
+        edge: past or on which its centre of mass lies; None where that lies inside the rectangle
+            about its support, or there is no support.
         gap: below the box; None where something carries it.
     """
 
     item: int
     support: float
-    side: Side | None = None
-    beyond: float = 0.0
-    edge: int | None = None
+    edge: Edge | None = None
     gap: Gap | None = None
+
+    @property
+    def share(self) -> str:
+        """How much of the base is supported: "38 % of its base is supported"."""
+        return f"{_per_cent(self.support)} of its base is supported"
 
     def sentence(self, layout: Layout, frame: Frame | None = None) -> str:
         """The footing in numbers: "the centre of mass of box 7 lies 5.0 cm past ..."."""
-        box, frame = _label(layout, self.item), frame or Frame()
         if self.gap is not None:
             return self.gap.sentence(layout, frame)
-        share = f"{_per_cent(self.support)} of its base is supported"
-        if self.side is None:
-            return f"the centre of mass of {box} lies above its support; {share}"
-        edge = "the deck" if self.edge is None else _label(layout, self.edge)
-        return (
-            f"the centre of mass of {box} lies {frame.length(self.beyond)} past the edge of {edge} "
-            f"({self.side.way(frame)}); {share}"
-        )
+        box = label_in(layout.items, self.item)
+        if self.edge is None:
+            return f"{_per_cent(self.support)} of the base of {box} is supported"
+        where = self.edge.sentence(layout, frame)
+        return f"the centre of mass of {box} lies {where}; {self.share}"
 
 
 def footing(layout: Layout, item: int) -> Footing:
@@ -117,6 +139,18 @@ def footing(layout: Layout, item: int) -> Footing:
         low + 0.5 * side + offset
         for low, side, offset in zip(box.position, box.size, box.mass_offset, strict=True)
     )
+    support = min(area / (width * depth), 1.0)
+    return Footing(item, support, edge_of(patches, x, z))
+
+
+def edge_of(patches: Sequence[Patch], x: float, z: float) -> Edge | None:
+    """The edge of a support past or on which a weight acts; None where it acts inside.
+
+    Args:
+        patches: of the support.
+        x: of the weight [cm].
+        z: likewise.
+    """
     out = (
         (min(p.x0 for p in patches) - x, Side.LEFT, min(patches, key=lambda p: p.x0)),
         (x - max(p.x1 for p in patches), Side.RIGHT, max(patches, key=lambda p: p.x1)),
@@ -124,10 +158,10 @@ def footing(layout: Layout, item: int) -> Footing:
         (z - max(p.z1 for p in patches), Side.FRONT, max(patches, key=lambda p: p.z1)),
     )
     beyond, side, patch = max(out, key=lambda entry: entry[0])
-    support = min(area / (width * depth), 1.0)
-    if beyond <= 0.0:
-        return Footing(item, support)
-    return Footing(item, support, side, beyond, None if patch.below == FLOOR else patch.below)
+    if beyond < -TOLERANCE:
+        return None
+    box = None if patch.below == FLOOR else patch.below
+    return Edge(side, beyond if beyond > TOLERANCE else 0.0, box)
 
 
 def gaps(layout: Layout) -> tuple[Gap, ...]:
@@ -167,10 +201,6 @@ def _gap(layout: Layout, item: int) -> Gap:
         return Gap(item, base - ground, None)
     onto = int(beneath[tops[beneath].argmax()])
     return Gap(item, base - float(tops[onto]), onto)
-
-
-def _label(layout: Layout, item: int) -> str:
-    return box_label(item, layout.items[item].name)
 
 
 def _per_cent(share: float) -> str:

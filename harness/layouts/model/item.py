@@ -123,7 +123,7 @@ class Item:
             raise LayoutError(unprintable(self.name), item=str(self.sequence))
         if type(self.sequence) is not int or self.sequence < 0 or not is_number(self.sequence):
             told = f"sequence is {shown(self.sequence)}; allowed: 0, 1, 2, ..."
-            raise LayoutError(told, item=box_label(shown(self.sequence), self.name))
+            raise LayoutError(told, item=f"item {shown(self.sequence)}")
         for axis, value in enumerate(self.position):
             if not math.isfinite(value):
                 self._refuse(

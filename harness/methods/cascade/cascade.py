@@ -279,7 +279,9 @@ def _spoken(finding: Finding, decision: Decision) -> Finding:
     if decision.unstable:
         why = finding.reason or f"risk {decision.step_score:.4g}"
         reason = f"{decision.stage}: {why}"
-        return dataclasses.replace(finding, failing_step=decision.step, reason=reason)
+        return dataclasses.replace(
+            finding, failing_step=decision.step, reason=reason, stage=decision.stage
+        )
     status = Status.ERROR if finding.status is Status.DONE else finding.status
     why = finding.reason or f"no stage has an opinion of step {decision.step}"
     return Finding(status=status, reason=why)

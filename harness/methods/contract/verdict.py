@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from steadyload.layouts.model.batch import LayoutBatch
 from steadyload.layouts.model.frame import Frame
 from steadyload.layouts.model.layout import Layout
+from steadyload.layouts.model.naming import box_label, label_in, with_ids
 from steadyload.methods.contract.old_keys import with_old_keys
 from steadyload.methods.contract.stopwatch import Seconds
 from steadyload.notebook import ShownInNotebook
@@ -78,6 +79,7 @@ class Verdict(ShownInNotebook):
         reason: one sentence; empty for a stable layout.
         ignored, emulated: settings requested that the engine ignored, or imitated by other means.
         effort: what was simulated.
+        stage: spec of the method that decided, where the method has stages; else empty.
         cpu, wall: time spent.
         layout: that was judged, for its picture; None where many were judged at once or a session
             judged. Verdicts are compared without it.
@@ -93,6 +95,7 @@ class Verdict(ShownInNotebook):
     ignored: tuple[str, ...] = ()
     emulated: tuple[str, ...] = ()
     effort: Effort = Effort()
+    stage: str = ""
     cpu: Seconds = Seconds()
     wall: Seconds = Seconds()
     layout: Layout | None = field(default=None, repr=False, compare=False)
@@ -128,7 +131,7 @@ class Verdict(ShownInNotebook):
         return self.sentence(Frame())
 
     def sentence(self, frame: Frame) -> str:
-        """One line: "fails at step 5 of 20 (score 0.25): item 4 moved 13.1 cm, 12.0 degrees".
+        """One line: "fails at box 6 of 20 (score 0.25): box 5 of 20 moved 13.1 cm, 12.0 degrees".
 
         Args:
             frame: unit of lengths.
@@ -137,11 +140,17 @@ class Verdict(ShownInNotebook):
             return f"no verdict, {self.status}" + (f": {self.reason}" if self.reason else "")
         if self.failing_step is None:
             return f"stands, all {self.item_count} items placed (score 1)"
-        said = f"fails at step {self.failing_step} of {self.item_count} (score {self.score:.3g})"
+        placed = f"box {self.failing_step + 1} of {self.item_count}"
+        said = f"fails at {placed} (score {self.score:.3g})"
+        items = None if self.layout is None else self.layout.items
         if self.moved_item is None or self.displacement is None:
-            return said + (f": {self.reason}" if self.reason else "")
+            reason = self.reason if items is None else with_ids(self.reason, items)
+            return said + (f": {reason}" if reason else "")
         turned = "" if self.rotation is None else f", {self.rotation:.1f} degrees"
-        return f"{said}: item {self.moved_item} moved {frame.length(self.displacement)}{turned}"
+        box = box_label(self.moved_item, "", self.item_count)
+        if items is not None:
+            box = label_in(items, self.moved_item)
+        return f"{said}: {box} moved {frame.length(self.displacement)}{turned}"
 
 
 def record_of(verdict: Verdict) -> dict[str, Any]:
@@ -181,6 +190,7 @@ class Finding:
     ignored: tuple[str, ...] = ()
     emulated: tuple[str, ...] = ()
     effort: Effort = Effort()
+    stage: str = ""
 
 
 STABLE = Finding()
@@ -211,6 +221,7 @@ def verdict_of(
         finding.ignored,
         finding.emulated,
         finding.effort,
+        finding.stage,
         cpu,
         wall,
         layout,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from steadyload.layouts.model.frame import Frame
+from steadyload.layouts.model.naming import ordinal
 
 
 @dataclass(frozen=True, slots=True)
@@ -14,7 +15,7 @@ class Crushed:
     Attributes:
         step: placement after which it does.
         item: the box.
-        label: its id with its step, or its number where it has no id, as a sentence has it.
+        label: its name in a sentence.
         bears_kg: the load on its top, by the contact forces of least energy, or by those that come
             nearest to balance where none balance.
         allowed_kg: what it may bear.
@@ -33,7 +34,8 @@ class Crushed:
         if bears == allowed:
             bears, allowed = (f"{weight:.9g}" for weight in said)
         bears = f"{bears} {frame.weight}"
-        return f"crushed at step {self.step}: {self.label} bears {bears} of {allowed}"
+        placed = f"the {ordinal(self.step + 1)} box"
+        return f"crushed when {placed} is placed: {self.label} bears {bears} of {allowed}"
 
     def __str__(self) -> str:
         return self.sentence(Frame())

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from steadyload.layouts.model.contacts import Supports
 from steadyload.layouts.model.item import Item
 from steadyload.layouts.model.layout import Arrangement
-from steadyload.layouts.model.naming import box_label
+from steadyload.layouts.model.naming import label_in
 from steadyload.statics.bearing.crushed import Crushed
 from steadyload.statics.bearing.forces import Rectangles, Statics
 from steadyload.statics.bearing.growing import GrowingStatics
@@ -103,11 +103,9 @@ class Looks:
         )
         if worst is None:
             return None
-        item = items[worst]
-        allowed = item.max_load
+        allowed = items[worst].max_load
         assert allowed is not None, "only a box with a limit is crushed"
-        label = box_label(item.sequence, item.name)
-        return Crushed(step, worst, label, borne[worst], allowed)
+        return Crushed(step, worst, label_in(items, worst), borne[worst], allowed)
 
 
 class Passing:
