@@ -154,7 +154,7 @@ class TrainingJob:
         words += ["--lists", str(self.lists)] if self.lists else []
         words += ["--start", self.start] if self.start else []
         words += ["--leaky"] if self.leaky else []
-        words += ["--question", self.question] if self.question is not Question.WITHIN else []
+        words += ["--question", self.question] if self.question != Question.WITHIN else []
         return shlex.join(words)
 
 

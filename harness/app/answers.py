@@ -14,12 +14,13 @@ from steadyload.layouts.model.frame import Frame
 from steadyload.methods.contract.old_keys import with_old_keys
 from steadyload.methods.contract.verdict import Verdict, record_of
 from steadyload.notebook import ShownInNotebook
+from steadyload.runs.able import asked_question, spec_with_question
 from steadyload.statics.bearing.crushed import Crushed
 from steadyload.statistics.estimate import Estimate
 
 if TYPE_CHECKING:
-    from steadyload.transport.trials import RuleAnswer
     from steadyload.app.faults import Fault
+    from steadyload.transport.trials import RuleAnswer
 
 TIPPING = 5.0
 """Angle [degrees] from which on a moved box is said to tip."""
@@ -145,11 +146,11 @@ class Check(ShownInNotebook):
         return self.gap is not None and self.gap.exceeds(self.gaps_cm)
 
     @property
-    @property
     def footing(self) -> Footing | None:
         """How the box at fault stands in the plan; None where there is no fault."""
         return None if self.fault is None else self.fault.footing
 
+    @property
     def side(self) -> Side | None:
         """Side of its support beyond which the centre of mass of the box at fault lies."""
         edge = None if self.footing is None else self.footing.edge
@@ -231,20 +232,22 @@ class Check(ShownInNotebook):
         right = "" if self.reliability is None else f", right on {self.reliability}"
         road = "" if self.transport is None else f"; {self.transport}"
         said = "; ".join((self.sentence, *self.notes))
-        return f"{self.layout}{boxes}: {said}{road} [{self.method}{right}]"
+        method = spec_with_question(self.method)
+        return f"{self.layout}{boxes}: {said}{road} [{method}{right}]"
 
     def to_dict(self) -> dict[str, Any]:
         """The answer as values that JSON can hold, with units in the names; then old names."""
         sure = self.reliability
         of_verdict = (record_of(self.verdict) if self.verdict is not None else {}).get
         known, widest = self.items is not None, 0.0 if self.gap is None else self.gap.height
-        record = {
-            "layout": self.layout,
         seen = self.fault is not None and self.fault.simulation
         lost = None if self.fault is None else self.fault.lost
+        record = {
+            "layout": self.layout,
             "file": self.file,
             "items": self.items,
             "method": self.method,
+            "question": asked_question(self.method),
             "answer": str(self.answer),
             "score": of_verdict("score"),
             "failing_step": of_verdict("failing_step"),
@@ -263,12 +266,12 @@ class Check(ShownInNotebook):
             "gap_onto_step": None if self.gap is None else self.gap.onto,
             "gap_onto_box": self.gap_onto_box,
             "gap_note": self.gap_note,
-            "reason": self.reason,
-            "method_reason": self.method_reason,
-            "outside": list(self.outside),
             "balance_lost_step": None if lost is None else lost.step,
             "balance_lost_box": self.balance_lost_box,
             "balance_lost_item": None if lost is None else lost.item,
+            "reason": self.reason,
+            "method_reason": self.method_reason,
+            "outside": list(self.outside),
             "doubt": self.doubt,
             "remedy": self.remedy,
             "reliability": None if sure is None else sure.accuracy.value,

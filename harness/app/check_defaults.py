@@ -63,10 +63,12 @@ def default_method(boxes: int, question: str = "stands") -> str:
 
     Raises:
         ThresholdsError: the package's file of thresholds is damaged.
-        ValueError: there is no such question.
+        QuestionError: there is no such question.
     """
     from steadyload.engines.registry import missing_packages
+    from steadyload.layouts.model.question import question_named
 
+    question = question_named(question)
     lost: dict[str, str] = {}
     for one in _of_size(boxes, question):
         missing = missing_packages(one.engine) if one.engine else ()
@@ -75,7 +77,7 @@ def default_method(boxes: int, question: str = "stands") -> str:
                 _say_once(_fallback(one.method, lost))
             return one.method
         lost |= dict.fromkeys(missing, one.without)
-    raise ValueError(f"question is {question!r}; allowed: stands, within")
+    raise AssertionError("some method needs no engine and judges loads of any size")
 
 
 def default_methods(sizes: Iterable[int]) -> tuple[str, ...]:

@@ -33,11 +33,11 @@ from steadyload.methods.contract.method import (
 )
 from steadyload.methods.doubt import doubt
 from steadyload.methods.envelope import leaves
-from steadyload.methods.registry import make_method, method_of
+from steadyload.methods.registry import make_method
 from steadyload.numbers import number_within, seconds_allowed
 from steadyload.plugins import OWN
 from steadyload.progress import Progress, silent
-from steadyload.runs.able import asked_question
+from steadyload.runs.able import asked_question, asked_to_stand
 from steadyload.runs.methods_here import method_named, use_methods
 from steadyload.runs.pool import PartLimit, SinglePart, run_units
 from steadyload.statics.bearing.crushed import Crushed
@@ -261,7 +261,7 @@ def check_all(
         WorkerDiedError: see :func:`steadyload.runs.pool.run_units`.
     """
     seconds_allowed(timeout)
-    named = None if method is None else method_of(method)
+    named = None if method is None else asked_to_stand(method)
     sizes = [len(entry) for _, entry in entries if isinstance(entry, Layout)]
     judges = [make_method(spec) for spec in default_methods(sizes)] if named is None else [named]
     use_methods(judges)
@@ -406,7 +406,7 @@ def prepared(method: str | Method | None, boxes: int) -> Method:
     Raises:
         SpecError, EngineNotInstalledError: there is no such method, or its engine is missing.
     """
-    judging = _default(default_method(boxes)) if method is None else method_of(method)
+    judging = _default(default_method(boxes)) if method is None else asked_to_stand(method)
     judging.prepare(boxes)
     return judging
 

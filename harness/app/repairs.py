@@ -17,7 +17,6 @@ from steadyload.layouts.model.layout import Layout, LayoutError, require_layout
 from steadyload.layouts.model.naming import label_in
 from steadyload.layouts.model.snapping import snap
 from steadyload.methods.contract.method import Method
-from steadyload.methods.registry import method_of
 from steadyload.numbers import number_within, seconds_above_zero
 from steadyload.progress import Progress, silent
 from steadyload.repairing.changes import changes_between
@@ -29,6 +28,7 @@ from steadyload.repairing.confirmed import (
     changed_plan,
 )
 from steadyload.repairing.plan import Boxes, Kind
+from steadyload.runs.able import asked_to_stand
 from steadyload.runs.methods_here import method_named, use_methods
 from steadyload.runs.pool import PartLimit, SinglePart, run_units
 from steadyload.statics.kernels.warming import warm_up_searches
@@ -129,7 +129,7 @@ def repair(
         as :class:`RepairOptions` and :func:`steadyload.check`.
     """
     options = RepairOptions(
-        allow=allow, method=None if method is None else method_of(method),
+        allow=allow, method=None if method is None else asked_to_stand(method),
         shift_cm=shift_cm, seconds=seconds, seed=seed, gaps_cm=gaps_cm, frame=frame or Frame(),
     )  # fmt: skip
     require_layout(layout)
@@ -294,7 +294,7 @@ def repair_each(
         WorkerDiedError: see :func:`steadyload.runs.pool.run_units`.
     """
     if options.method is not None:
-        named = method_of(options.method)
+        named = asked_to_stand(options.method)
         use_methods([named])
         named.prepare()
         options = replace(options, method=str(named.spec))

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 from steadyload.app.check_defaults import default_help
 from steadyload.cli.fail_on import ANY, WORDS, FailOn, fail_on
 from steadyload.cli.flags import UsageError
-from steadyload.cli.method_question import say_question
 from steadyload.cli.reading import Files
 from steadyload.cli.terminal import (
     NAME,
@@ -90,7 +89,6 @@ class Check(Files):
         from steadyload.app.checking import Answer, check_all
         from steadyload.errors import FailedError
         from steadyload.layouts.model.frame import Frame
-        from steadyload.methods.registry import make_method
         from steadyload.runs.envelope_use import score_warnings
         from steadyload.runs.pool import all_cores
         from steadyload.runs.scoring import read_entries
@@ -100,13 +98,10 @@ class Check(Files):
         if self.transport is not None:
             rule_named(self.transport)
         entries = read_entries(self.files, limit=self.limit, **reading)
-        method = None if self.method is None else make_method(self.method)
-        if self.method is not None and method is not None:
-            say_question(self.method, method)
         try:
             with progress_bar("judging") as advance:
                 found = check_all(
-                    entries, method, timeout=self.timeout, transport=self.transport,
+                    entries, self.method, timeout=self.timeout, transport=self.transport,
                     gaps_cm=self.fail_on.gaps_cm, frame=Frame.of(reading["dialect"]),
                     workers=self.workers or all_cores(), progress=advance,
                 )  # fmt: skip
@@ -260,12 +255,13 @@ def _on_the_road(one: Checked) -> str:
 def _counts(found: Sequence[Checked]) -> str:
     """The last line: how many stand, fail and have no answer, and by which methods."""
     from steadyload.app.answers import Answer, counted
+    from steadyload.runs.able import spec_with_question
 
     standing, *others = counted(one.answer for one in found)
     airy = sum(one.stands and one.gaps > 0 for one in found)
     told = [standing + f" ({airy} with gaps)" * bool(airy), *others]
     judged = [one for one in found if one.answer is not Answer.BAD_INPUT] or found
-    methods = ", ".join(dict.fromkeys(one.method for one in judged))
+    methods = ", ".join(map(spec_with_question, dict.fromkeys(one.method for one in judged)))
     method = f" ({methods})" if found else ""
     pallets = "1 pallet" if len(found) == 1 else f"{len(found)} pallets"
     roads = [one.transport for one in found if one.transport is not None]

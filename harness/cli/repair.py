@@ -13,7 +13,6 @@ from steadyload.app.check_defaults import default_help
 from steadyload.cli.convert import WRITABLE
 from steadyload.cli.flags import UsageError
 from steadyload.cli.interrupts import is_behind
-from steadyload.cli.method_question import say_question
 from steadyload.cli.reading import Files, check_output
 from steadyload.cli.terminal import (
     NAME,
@@ -93,15 +92,12 @@ class Repair(Files):
         """Repair all plans, write them, and print what came of each."""
         from steadyload.app.repair_results import Outcome
         from steadyload.layouts.model.frame import Frame
-        from steadyload.methods.registry import make_method
         from steadyload.runs.envelope_use import score_warnings
         from steadyload.runs.scoring import read_entries
 
         targets, reading = self._targets(), self.reading()
         options = self._options(Frame.of(reading["dialect"]))
         entries = read_entries(self.files, **reading)
-        if self.method is not None:
-            say_question(self.method, make_method(self.method))
         found, ended = repaired(entries, options, self.workers)
         for one in found:
             if one.outcome is Outcome.BAD_INPUT:
@@ -302,9 +298,11 @@ def summary(found: Sequence[Repaired], options: RepairOptions) -> str:
     """How many plans stand, were repaired and were not, by which methods, and what ended early."""
     from steadyload.app.repair_results import counted_repairs
     from steadyload.repairing.confirmed import Stopped
+    from steadyload.runs.able import spec_with_question
 
     plans = "1 plan" if len(found) == 1 else f"{len(found)} plans"
-    methods = ", ".join(dict.fromkeys(one.judged_by for one in found if one.judged_by))
+    judged_by = dict.fromkeys(one.judged_by for one in found if one.judged_by)
+    methods = ", ".join(map(spec_with_question, judged_by))
     late = sum(one.stopped is Stopped.TIME for one in found)
     ended = f"; {late} ended after {options.seconds:g} s, more may find better" if late else ""
     return f"{plans}: {counted_repairs(found)}{f' ({methods})' if methods else ''}{ended}"

@@ -62,6 +62,7 @@ class Score(Strict, Files):
         from steadyload.cli.score_tables import uncertain_table, verdict_table, without_effect
         from steadyload.layouts.model.scenarios import Scenario
         from steadyload.methods.registry import make_method
+        from steadyload.runs.able import asked_to_stand
         from steadyload.runs.entries import Entries, scan_entries
         from steadyload.runs.envelope_use import ScoreWarnings
         from steadyload.runs.scoring import Record, score_entries
@@ -80,7 +81,7 @@ class Score(Strict, Files):
         with progress_bar("judging", shown=not (self.json and out.isatty())) as advance:
             scenario = Scenario(self.scenario) if self.scenario else None
             reading, deviations = self.reading(), self._deviations()
-            judges = [make_method(spec) for spec in self.methods]
+            judges = [asked_to_stand(spec) for spec in self.methods]
             scanned = scan_entries(self.files, limit=self.limit, strict=self.strict, **reading)
             with Entries(scanned) as entries:
                 some_refused = bool(entries.refused.count) and not self.skip_invalid

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from steadyload.layouts.model.naming import box_label
+from steadyload.runs.able import spec_with_question
 from steadyload.runs.verdict_reliability import Ending
 
 _SHOWN = 3
@@ -62,7 +63,7 @@ def _plan(record: Mapping[str, Any], without_score: str) -> tuple[str, ...]:
     items, score, step = (record[key] for key in ("items", "score", "failing_step"))
     return (
         record["layout"],
-        record["method"],
+        spec_with_question(record["method"]),
         "-" if items is None else str(items),
         without_score if score is None else f"{score:.3f}",
         "-" if step is None else str(step),
@@ -105,5 +106,5 @@ def _named_reason(record: Mapping[str, Any]) -> str:
     reason, box = str(record["reason"]), record["failing_box"]
     if box is None:
         return reason
-    label = box_label(record["failing_step"], box)
+    label = box_label(record["failing_step"], box, record["items"])
     return reason if label in reason else ": ".join(filter(None, (label, reason)))

@@ -92,7 +92,7 @@ class Train:
             question=question,
         )
         name = method_for(job.members)
-        of = "" if question is Question.WITHIN else f"-{question}"
+        of = "" if question == Question.WITHIN else f"-{question}"
         if self.ship is not None:
             check_before(self.ship or name + of, leaky=job.leaky)
         directory = self.output or Path("runs") / "train" / f"{preset.name}-{job.options.seed}"
@@ -121,7 +121,7 @@ class Train:
         if self.ship is not None:
             print(ship(weights, self.ship or name + of))
         say(f"accuracy on validation: {100.0 * found['all']:.1f} % ({by}); {made['seconds']:.0f} s")
-        more = "" if question is Question.WITHIN else f",question={question}"
+        more = "" if question == Question.WITHIN else f",question={question}"
         say(f"to judge by it: steadyload score FILE -m {name}:weights={weights}{more}")
 
 

@@ -20,7 +20,7 @@ from steadyload.layouts.benchmark.tables import (
     write_further,
     write_tables,
 )
-from steadyload.layouts.model.question import Question
+from steadyload.layouts.model.question import Question, question_named
 from steadyload.methods.contract.spec import parse_spec
 from steadyload.methods.registry import make_method
 from steadyload.progress import Progress, silent
@@ -72,7 +72,8 @@ def add_further_verdicts(
         EngineNotInstalledError: a method's engine is missing.
         WorkerDiedError: see :func:`steadyload.runs.pool.run_units`.
     """
-    if question is Question.STANDS:
+    question = question_named(question)
+    if question == Question.STANDS:
         judges = asked_to_stand(judges)
     specs = list(reasons_of(judges))
     for spec in specs:
@@ -132,7 +133,7 @@ def _add(
     judged = rows.groupby(KEYS)["method"].transform("nunique")
     said = further_rows(rows[judged == len(judges)], judges)
     made = {"judged_with": provenance()}
-    if question is Question.STANDS:
+    if question == Question.STANDS:
         before = read_further(directory, STANDS_OPINIONS)
         write_further(directory, STANDS_OPINIONS, _joined(before, said), made)
     else:

@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from functools import cache
 
 from steadyload.engines.errors import EngineNotInstalledError
 from steadyload.engines.registry import capabilities, engines_here
 from steadyload.errors import nearest
 from steadyload.layouts.model.question import Question
 from steadyload.methods.contract.method import Method
-from steadyload.methods.registry import make_method, method_of
+from steadyload.methods.contract.spec import parse_spec
+from steadyload.methods.registry import each_question, make_method, method_of
 from steadyload.runs.definition import StudyError
+
+_DECIDING = frozenset(("question", "weights", "thresholds"))
+"""Parameters that decide which question a method answers."""
 
 
 def able_methods(
@@ -54,6 +59,37 @@ def asked_question(method: str | Method) -> Question | None:
     asked = method_of(method)
     question: Question | None = getattr(asked.parameters, "question", None)
     return question
+
+
+def asked_to_stand(method: str | Method) -> Method:
+    """The method that answers whether a load stands, for commands that ask this of every load.
+
+    Args:
+        method: itself, or its spec, which gets the question ``stands`` where the method knows it
+            and the spec states no question, nor files, which were made for one.
+
+    Raises:
+        SpecError: no such method.
+    """
+    if isinstance(method, Method):
+        return method
+    spec = parse_spec(method)
+    if not _DECIDING.intersection(dict(spec.values)) and Question.STANDS in each_question(
+        spec.name
+    ):
+        spec = spec.stating("question", Question.STANDS)
+    return make_method(str(spec))
+
+
+@cache
+def spec_with_question(method: str) -> str:
+    """The spec of a method as people read it: with its question, where it has one.
+
+    Args:
+        method: its canonical spec, which leaves out the question of the paper.
+    """
+    question = asked_question(method)
+    return method if question is None else str(parse_spec(method).stating("question", question))
 
 
 def chosen(names: Sequence[str], known: Iterable[str], what: str) -> tuple[str, ...]:

@@ -13,7 +13,7 @@ import pandas as pd
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from steadyload.layouts.model.question import Question
+from steadyload.layouts.model.question import Question, question_named
 from steadyload.layouts.model.scenarios import Scenario
 from steadyload.layouts.sizes import MOST_SMALL
 from steadyload.methods.contract.spec import parse_spec
@@ -160,7 +160,7 @@ class JudgedCases:
         whole set, is left behind with them.
         """
         assert self.labels is not None, "the run is on a labelled set"
-        if question is Question.WITHIN:
+        if question_named(question) == Question.WITHIN:
             return self
         found = self.only((self.labels["stands"] == "done").fillna(False).to_numpy(bool))
         assert found.labels is not None

@@ -16,10 +16,10 @@ from steadyload.methods.contract.old_keys import with_old_keys
 from steadyload.methods.contract.verdict import record_of
 from steadyload.methods.doubt import doubt
 from steadyload.methods.envelope import leaves
-from steadyload.methods.registry import make_method
 from steadyload.methods.uncertainty import Uncertainty
 from steadyload.numbers import seconds_allowed
 from steadyload.progress import Progress, silent
+from steadyload.runs.able import asked_question, asked_to_stand
 from steadyload.runs.definition import case
 from steadyload.runs.entries import Entries, Entry, scan_entries
 from steadyload.runs.verdict_reliability import Sampling, VerdictReliability, verdict_reliability
@@ -60,9 +60,10 @@ def score_layouts(
         reading: see :class:`steadyload.layouts.formats.Reading`.
 
     Returns:
-        Records with the keys ``layout, file, method, scenario, floor``, those of
+        Records with the keys ``layout, file, method, question, scenario, floor``, those of
         :func:`steadyload.methods.contract.verdict.record_of`, ``failing_box, moved_box, outside,
-        doubt`` and old names of some; ``floor`` is ``deck`` or ``infinite``, ``failing_box`` and
+        doubt`` and old names of some; ``question`` is that of a method
+        that knows several, ``floor`` is ``deck`` or ``infinite``, ``failing_box`` and
         ``moved_box`` are ids, None where a box has none, ``outside`` lists in which quantities the
         layout leaves the envelope of the method's engine, and ``doubt`` is a sentence on a load
         that a simulation sees fall although contact forces balance it, else empty.
@@ -74,7 +75,7 @@ def score_layouts(
         EngineNotInstalledError: a method's engine is missing.
     """
     seconds_allowed(timeout)
-    judges = [make_method(spec) for spec in methods]
+    judges = [asked_to_stand(spec) for spec in methods]
     with Entries(scan_entries(files, limit=limit, strict=strict, **reading)) as entries:
         return list(
             score_entries(
@@ -206,6 +207,7 @@ def _record(
         "layout": entry.name,
         "file": file,
         "method": str(method.spec),
+        "question": asked_question(method),
         "scenario": str(scenario) if scenario else None,
         "floor": floor,
         **record_of(verdict),

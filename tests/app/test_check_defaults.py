@@ -133,7 +133,7 @@ def test_help_names_all_that_may_judge():
 
 
 def test_another_question_is_refused():
-    with pytest.raises(ValueError, match="question is 'falls'; allowed: stands, within"):
+    with pytest.raises(ValueError, match="question is 'falls'; allowed: within, stands"):
         default_method(3, "falls")
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from steadyload.engines.registry import engines, engines_here
 from steadyload.errors import UserError, nearest
-from steadyload.layouts.model.question import Question
+from steadyload.layouts.model.question import Question, question_named
 from steadyload.statistics.error_costs import ErrorShares
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.front import undominated
@@ -129,8 +129,10 @@ def front_for(fronts: Iterable[Front], question: Question, boxes: int | None = N
 
     Raises:
         FrontError: nothing was measured for the question, or only smaller or larger layouts.
+        QuestionError: no such question.
     """
-    asked = [front for front in fronts if front.question is question]
+    question = question_named(question)
+    asked = [front for front in fronts if front.question == question]
     if not asked:
         raise FrontError(f"no method was measured for the question {question}. {_HOW_TO_MEASURE}")
     if boxes is None:

@@ -27,7 +27,7 @@ from steadyload.layouts.files.record import shown
 from steadyload.layouts.model.batch import LayoutBatch, checked_batch, checked_view
 from steadyload.layouts.model.batch_checks import Pallets
 from steadyload.layouts.model.layout import FloatArray, Layout, LayoutError, Pallet
-from steadyload.layouts.model.question import Question
+from steadyload.layouts.model.question import Question, question_named
 from steadyload.layouts.model.scenarios import Scenario
 from steadyload.reading import MAX_STORED_BYTES, content_of
 
@@ -80,11 +80,13 @@ class Benchmark:
 
     def further_verdicts_on(self, question: Question) -> pd.DataFrame:
         """Verdicts of further methods on a question."""
-        return self.opinions if question is Question.WITHIN else self.stands_opinions
+        within = question_named(question) == Question.WITHIN
+        return self.opinions if within else self.stands_opinions
 
     def confidence_on(self, question: Question) -> pd.DataFrame:
         """As :attr:`confidence`, of labels of a question."""
-        return self.confidence if question is Question.WITHIN else self._stands_confidence
+        within = question_named(question) == Question.WITHIN
+        return self.confidence if within else self._stands_confidence
 
     @cached_property
     def _stands_confidence(self) -> pd.DataFrame:
@@ -119,7 +121,9 @@ class Benchmark:
 
         Raises:
             BenchmarkError: no such part or scenario, or no such case.
+            QuestionError: no such question.
         """
+        question = question_named(question)
         if part not in list(Part):
             raise BenchmarkError(f"part is {part!r}; allowed: {', '.join(Part)}")
         known = [str(s) for s in Scenario]
@@ -139,10 +143,10 @@ class Benchmark:
         cases = cases.drop(columns="_order")
         if limit is not None:
             cases = cases[cases.groupby("scenario").cumcount() < limit]
-        if question is Question.STANDS:
+        if question == Question.STANDS:
             cases = self._of_stands(cases)
         if cases.empty:
-            of = "" if question is Question.WITHIN else f"for the question {question}"
+            of = "" if question == Question.WITHIN else f"for the question {question}"
             words = ("holds no labelled case of", str(part), *scenarios, of)
             raise BenchmarkError(" ".join(filter(None, words)))
         return cases.reset_index(drop=True)

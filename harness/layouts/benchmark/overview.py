@@ -78,7 +78,7 @@ def _confidence(table: pd.DataFrame) -> dict[str, Any]:
 def _further_methods(benchmark: Benchmark) -> list[dict[str, Any]]:
     rows = []
     for question in Question:
-        labels = benchmark.cases if question is Question.WITHIN else benchmark.stands
+        labels = benchmark.cases if question == Question.WITHIN else benchmark.stands
         opinions = benchmark.further_verdicts_on(question)
         same = opinions.assign(same=agrees(labels, opinions))
         rows += [

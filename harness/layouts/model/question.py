@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from enum import StrEnum
 
+from steadyload.errors import UserError
+from steadyload.escaping import shown
+
 
 class Question(StrEnum):
     """Question about a placement.
@@ -18,6 +21,22 @@ class Question(StrEnum):
     STANDS = "stands"
 
 
+class QuestionError(UserError):
+    """There is no such question."""
+
+
+def question_named(word: str) -> Question:
+    """The question that a word, or a question itself, names.
+
+    Raises:
+        QuestionError: there is none of this name.
+    """
+    if word not in list(Question):
+        raise QuestionError(f"question is {shown(word)}; allowed: {', '.join(Question)}")
+    return Question(word)
+
+
 def with_question(name: str, question: str) -> str:
     """A name or spec without parameters, and the question where it is not that of the label."""
-    return name if question == Question.WITHIN else f"{name}:question={question}"
+    known = question_named(question)
+    return name if known == Question.WITHIN else f"{name}:question={known}"

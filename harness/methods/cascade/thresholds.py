@@ -227,7 +227,7 @@ def fitted_for(file: Path = FILE) -> frozenset[str]:
 
 def fit_command(engine: str, question: Question) -> str:
     """The command that fits thresholds."""
-    more = "" if question is Question.WITHIN else f" --question {question}"
+    more = "" if question == Question.WITHIN else f" --question {question}"
     return f"steadyload cascade fit --engine {engine}{more}"
 
 

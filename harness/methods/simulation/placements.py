@@ -199,7 +199,7 @@ class Placements:
             executed = self._step(world, p.t_max / p.samples)
             if not executed and not last:
                 continue
-            if p.question is Question.STANDS and sample == p.samples - self._behind:
+            if p.question == Question.STANDS and sample == p.samples - self._behind:
                 before = self.poses(world)
             poses = None
             if p.ends_at_rest and not last and self._substeps - start >= self._patience:
@@ -217,7 +217,7 @@ class Placements:
                 finding = self._examine(step, world, items, excess, poses)
                 if finding is not None:
                     return finding
-        if p.question is Question.STANDS:
+        if p.question == Question.STANDS:
             return self._unsettled(step, world, items, before)
         return None
 

@@ -84,7 +84,7 @@ class Simulation(Method):
         of its own.
         """
         own = {"moving": MOVING} if self.parameters.scope is Scope.MOVING else {}
-        if self.parameters.question is Question.STANDS:
+        if self.parameters.question == Question.STANDS:
             own["rest"] = REST
         if self.parameters.early_stop:
             own["foresight"] = FORESIGHT

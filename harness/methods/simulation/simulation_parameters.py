@@ -142,7 +142,7 @@ class SimulationParameters:
             raise ValueError(f"early_exit is {self.early_exit:g}; allowed: 0, or 1 or more")
         if self.early_exit and self.criterion is Criterion.PAPER:
             raise ValueError("early_exit needs criterion=adams: with paper every sample may end it")
-        if self.early_exit and self.question is Question.STANDS:
+        if self.early_exit and self.question == Question.STANDS:
             raise ValueError("early_exit needs question=within: every sample may end the other")
 
     @property
@@ -152,13 +152,13 @@ class SimulationParameters:
         What tips slowly is not, and falls in the seconds that a load is to stand, so that with
         ``early_stop`` the question ``stands`` does without.
         """
-        unsafe = self.early_stop > 0.0 and self.question is Question.STANDS
+        unsafe = self.early_stop > 0.0 and self.question == Question.STANDS
         return self.rest_speed > 0.0 and not unsafe
 
     @property
     def any_sample(self) -> bool:
         """Whether what moved too far at any sample ends the loading, not at the last one alone."""
-        return self.criterion is Criterion.PAPER or self.question is Question.STANDS
+        return self.criterion is Criterion.PAPER or self.question == Question.STANDS
 
     def world_settings(self) -> WorldSettings:
         """The part of the parameters that a world is made with."""

@@ -61,7 +61,7 @@ class Variant:
 def canonical(text: str, question: Question = Question.WITHIN) -> str:
     """The spec of a method as rows name it, with the question unless it is that of the label."""
     spec = make_method(text).spec
-    if question is not Question.WITHIN:
+    if question != Question.WITHIN:
         spec = make_method(str(spec.stating("question", question))).spec
     return str(spec)
 
@@ -150,7 +150,7 @@ def convergence_studies(
         opinions: the slow methods.
         question: asked of all; for ``stands`` there are no other engines and no slow methods.
     """
-    within = question is Question.WITHIN
+    within = question == Question.WITHIN
     tried = [v for v in VARIANTS if within or v.title in OF_STANDS]
     decisive = [v.spec for v in tried if v.decisive]
     other = [v.spec for v in tried if not v.decisive]

@@ -50,7 +50,7 @@ class Convergence(Study["Found"]):
         )
 
         question = Question(self.asked)
-        if self.second_model and question is Question.STANDS:
+        if self.second_model and question == Question.STANDS:
             raise StudyError("--second-model: not allowed with --question stands; allowed: within")
         opinions = (*OPINIONS, SECOND_MODEL) if self.second_model else OPINIONS
         asked = (self.cases, self.sample, opinions, question)

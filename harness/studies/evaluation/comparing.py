@@ -348,7 +348,7 @@ def _judged_set(
         margins=margin_bins(said, labels, list(cases["margin"])),
         watched=watched(ran.definition, evaluation.comparable, said, right, labels, views),
         without_label={str(status): int(n) for status, n in lost.value_counts().items()},
-        paper=None if is_planar or timed is None or question is Question.STANDS else paper(),
+        paper=None if is_planar or timed is None or question == Question.STANDS else paper(),
         failing=failing_accuracy(evaluation),
         stable=share(~fails, judged.clusters),
         growth={} if timed else {spec: growth_of(spec, judged, small) for spec in judged.keys},

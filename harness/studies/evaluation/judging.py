@@ -180,8 +180,8 @@ class Options:
             return tuple(s for s in self.spatial if asked_question(s) in (None, question))
         if self.methods:
             return self.spatial
-        stands = {spec for spec in self.spatial if asked_question(spec) is Question.STANDS}
-        if question is Question.WITHIN:
+        stands = {spec for spec in self.spatial if asked_question(spec) == Question.STANDS}
+        if question == Question.WITHIN:
             return tuple(spec for spec in self.spatial if spec not in stands)
         return tuple(s for s in self.spatial if with_question(s, Question.STANDS) not in stands)
 

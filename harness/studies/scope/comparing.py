@@ -187,7 +187,7 @@ def compare_options(
     found = {
         question: lab.judge(
             specs,
-            Cases(labelled.drawn(chosen), limit=standing if question is Question.STANDS else None),
+            Cases(labelled.drawn(chosen), limit=standing if question == Question.STANDS else None),
             timeout=seconds,
             folder=str(question),
             name=f"scope-{question}",
@@ -313,7 +313,7 @@ def options_of(found: Evaluation, question: Question) -> Options:
                 sum(row.without_verdict.values()),
             ),
             without_verdict=row.without_verdict,
-            accuracy=row.stands if question is Question.STANDS else row.accuracy,
+            accuracy=row.stands if question == Question.STANDS else row.accuracy,
             within=row.accuracy,
             stands=row.stands,
             difference=difference(right, reference, truth.clusters),

@@ -148,7 +148,7 @@ def engines_on_the_front(boxes: int) -> tuple[str, ...]:
     Raises:
         FrontError: no engine that was measured is installed.
     """
-    fronts = [front for front in load_fronts() if front.question is Question.STANDS]
+    fronts = [front for front in load_fronts() if front.question == Question.STANDS]
     own = front_for(fronts, Question.STANDS, min(boxes, max(front.most for front in fronts)))
     simulations = [m for m in own.here().measured if parse_spec(m.method).name == TUNED]
     return tuple(one.engine for one in best(simulations) if one.engine)

@@ -89,7 +89,7 @@ class FitOptions:
         if not 0.0 < self.confidence < 1.0:
             raise TuningError(f"confidence is {self.confidence:g}; allowed: between 0 and 1")
         object.__setattr__(self, "directory", set_for(self.engine, self.directory, self.data))
-        usual = CANDIDATES if self.question is Question.WITHIN else OF_STANDS
+        usual = CANDIDATES if self.question == Question.WITHIN else OF_STANDS
         asked = map(self.of_engine, self.candidates or usual)
         named = (str(make_method(spec).spec) for spec in asked)
         object.__setattr__(self, "candidates", tuple(named))
@@ -112,7 +112,7 @@ class FitOptions:
             raise TuningError(
                 f"last method is {spec}; allowed: the question {self.question}, whose labels count"
             )
-        if self.question is not Question.WITHIN and self.question in each_question(spec.name):
+        if self.question != Question.WITHIN and self.question in each_question(spec.name):
             spec = spec.stating("question", self.question)
         return str(make_method(spec).spec)
 
