@@ -3,9 +3,11 @@
 import re
 import subprocess
 import sys
+import tarfile
 from itertools import product
 from pathlib import Path
 
+import pandas as pd
 import pytest
 
 from steadyload.runs.costs import MARK
@@ -155,3 +157,24 @@ def test_a_script_without_this_package_recomputes_ten_figures():
     ):
         shares = found[f"parameters, engine, both; {sets} sets"].split(", ")
         assert words.format(*shares) in engines
+
+
+def test_of_two_failing_steps_the_label_names_that_of_the_cascade():
+    """The figures of docs/check.md, from the rows of the page of real size."""
+    with tarfile.open(ROOT / "reports" / "rows" / "evaluation_real.tar.xz") as archive:
+        read = {
+            name: pd.read_parquet(archive.extractfile(name))
+            for name in archive.getnames()
+            if name.startswith("real/") and name.endswith(".parquet")
+        }
+    case = ["layout", "scenario"]
+    labels = read.pop("real/labels.parquet").set_index(case)["failing_step_stands"]
+    found = pd.concat(read.values()).pivot(index=case, columns="method", values="failing_step")
+    balance, cascade = found["equilibrium"], found["cascade@rapier:question=stands"]
+    later = (cascade > balance).fillna(False).to_numpy(bool)
+    label = labels.reindex(found.index)
+    right = [int((label[later] == own[later]).sum()) for own in (cascade, balance)]
+    said = " ".join((ROOT / "docs" / "check.md").read_text().split())
+    assert f"of the {later.sum()} cases of real size on which both" in said
+    assert "agrees with the cascade on {} and with equilibrium on {}".format(*right) in said
+    assert f"(test part, {len(found)} cases)" in said
