@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Collection
+from typing import Any
 
 from steadyload.escaping import sentence
 
@@ -15,21 +16,32 @@ _COMPARED = 200
 """Characters of an unknown name that are compared with the known ones."""
 
 
-class UserError(ValueError):
-    """Input that a user can correct: one sentence says what is wrong and what is allowed.
+class SentenceError(Exception):
+    """An error whose message is one printable line of limited length, whatever its values are.
 
-    The sentence is one printable line of limited length, whatever its values are.
+    It is the same error after it was pickled or copied, also where a subclass makes the message
+    from other arguments: the message is not made again.
     """
 
     def __str__(self) -> str:
         return sentence(super().__str__())
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        kind, args, *state = super().__reduce__()
+        return _restored, (kind, args), *state
 
-class FailedError(RuntimeError):
-    """Work that failed although its input is right: its message is one sentence, likewise."""
 
-    def __str__(self) -> str:
-        return sentence(super().__str__())
+def _restored(kind: type[SentenceError], args: tuple[Any, ...]) -> SentenceError:
+    """An error that has these arguments as its ``args``; its constructor is not called."""
+    return kind.__new__(kind, *args)
+
+
+class UserError(SentenceError, ValueError):
+    """Input that a user can correct: one sentence says what is wrong and what is allowed."""
+
+
+class FailedError(SentenceError, RuntimeError):
+    """Work that failed although its input is right."""
 
 
 class UnsolvedError(FailedError):

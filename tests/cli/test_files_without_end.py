@@ -4,6 +4,7 @@ import hashlib
 import json
 import os
 import re
+import shutil
 import subprocess
 import sys
 
@@ -96,6 +97,14 @@ def test_weights_whose_names_share_their_bytes_are_refused_at_once(ended, tmp_pa
     [(status, said)] = ended(["check", "ok.json", "-m", "lstm_1:weights=./w"])
     assert status == "2", said
     assert said.endswith("member_0.safetensors: is no safetensors file of numbers\n")
+
+
+def test_weights_that_are_too_large_are_refused_by_a_sentence_of_the_worker(ended, tmp_path):
+    shutil.copytree(SHIPPED / "lstm_1", tmp_path / "w")
+    os.truncate(tmp_path / "w" / "member_0.safetensors", 40_000_000)
+    [(status, said)] = ended(["check", "ok.json", "-m", "lstm_1:weights=./w"])
+    assert status == "2", said
+    assert said.endswith("member_0.safetensors: is too large (39 MiB); allowed: 2 MiB\n")
 
 
 def test_a_layout_file_with_a_hole_is_refused_before_the_hole_is_held(ended, tmp_path):
