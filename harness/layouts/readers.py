@@ -7,6 +7,7 @@ import json
 from collections import deque
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from hashlib import sha256
 from typing import Any
 
 from steadyload.layouts.files.json_stream import Elements, JsonText, members
@@ -198,14 +199,20 @@ def _read_job(head: dict[str, Any], ulds: Any, rest: Iterator[tuple[str, Any]]) 
     for record in held:
         number = record.name
         name = number if not label else label if len(held) == 1 else f"{label}#{number}"
-        yield replace(record, name=name)
+        if isinstance(record, Refused):
+            yield replace(record, name=name)
+        else:
+            yield _attempt(name, record, lambda name, record: replace(record, name=name))
 
 
 def _job_ulds(ulds: Any) -> _Parsed:
     for index, uld in enumerate(_elements(ulds, "ulds")):
         identity = _mapping(uld, f"ulds[{index}]").get("id")
-        name = str(index) if identity is None else _label(identity, f"ulds[{index}].id")
-        yield _attempt(name, uld, _job_record)
+        if identity is None:
+            identity = index
+        if not isinstance(identity, str | int | float):
+            raise FormatError(f"ulds[{index}].id is {shown(identity)}; allowed: a text or a number")
+        yield _attempt(str(identity), uld, _job_record)
 
 
 def _job_record(name: str, uld: Mapping[str, Any]) -> Record:
@@ -284,8 +291,14 @@ def _piece_weight(shipments: Any, entry: Mapping[str, Any]) -> Any:
 
 
 def _attempt(name: str, source: Any, parse: Callable[[str, Any], Record]) -> Record | Refused:
-    """A layout's record, or why there is none, so that one bad layout does not hide the others."""
-    name = name if len(name) <= MAX_TEXT_LENGTH else f"{name[:40]}..."
+    """A layout's record, or why there is none, so that one bad layout does not hide the others.
+
+    One whose name is too long is known by a part of it that no valid layout has as its name, and
+    by its hash.
+    """
+    if len(name) > MAX_TEXT_LENGTH:
+        known = f"{name[:MAX_TEXT_LENGTH]}... ({sha256(name.encode(errors='replace')).hexdigest()})"
+        return Refused(known, _too_long("name", len(name)))
     try:
         return parse(name, source)
     except LayoutError as error:
@@ -308,7 +321,7 @@ def _identity(item: Mapping[str, Any], where: str) -> str:
     if "id" in item and "name" in item:
         raise FormatError(f"{where} has id and name; allowed: one of them, the id of the box")
     if type(item.get("id")) is int:
-        return str(item["id"])[:MAX_TEXT_LENGTH]
+        return _label(item["id"], f"{where}.id")
     return _text(
         item.get("id", item.get("name", "")), f"{where}.{'id' if 'id' in item else 'name'}"
     )
@@ -318,15 +331,17 @@ def _text(value: Any, where: str) -> str:
     if not isinstance(value, str):
         raise FormatError(f"{where} is {shown(value)}; allowed: a text")
     if len(value) > MAX_TEXT_LENGTH:
-        raise FormatError(
-            f"{where} has {len(value):,} characters; allowed: at most {MAX_TEXT_LENGTH:,}"
-        )
+        raise _too_long(where, len(value))
     return value
+
+
+def _too_long(where: str, length: int) -> FormatError:
+    return FormatError(f"{where} has {length:,} characters; allowed: at most {MAX_TEXT_LENGTH:,}")
 
 
 def _label(value: Any, where: str) -> str:
     """A text or a number as a text."""
-    return str(value) if isinstance(value, int | float) else _text(value, where)
+    return _text(str(value) if isinstance(value, int | float) else value, where)
 
 
 def _mapping(value: Any, where: str) -> Mapping[str, Any]:

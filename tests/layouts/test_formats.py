@@ -414,6 +414,36 @@ def test_a_name_that_stands_twice_is_refused(tmp_path):
         read_layouts(write(tmp_path / "two.json", content))
 
 
+def test_a_name_of_too_many_characters_is_refused_and_no_layout_beside_it(tmp_path):
+    """Names that begin alike are others, and so is one that a cut name would have been."""
+    names = ["n" * 1001, "n" * 1000 + "B", "n" * 40 + "...", "n" * 1000]
+    content = native()
+    content["layouts"] = [native()["layouts"][0] | {"name": name} for name in names]
+    found = list(scan_layouts(write(tmp_path / "long.json", content)))
+    assert [type(entry) for entry in found] == [Refused, Refused, Layout, Layout]
+    assert len({entry.name for entry in found}) == 4
+    for entry in found[:2]:
+        assert str(entry.error).endswith('n...": name has 1,001 characters; allowed: at most 1,000')
+
+
+def test_a_name_that_a_label_makes_too_long_is_refused(tmp_path):
+    job = json.loads(json.dumps(JOB))
+    job["ulds"] = [job["ulds"][0] | {"id": number} for number in (1, 22, "n" * 1001)]
+    job["label"] = "n" * 998
+    good, *bad = scan_layouts(write(tmp_path / "job.json", job))
+    assert good.name == "n" * 998 + "#1"
+    assert [str(entry.error).rpartition('": ')[2] for entry in bad] == [
+        "name has 1,001 characters; allowed: at most 1,000"
+    ] * 2
+
+
+def test_an_id_of_too_many_digits_is_refused(tmp_path):
+    content = native(id=10**1000)
+    del content["layouts"][0]["items"][0]["name"]
+    with pytest.raises(FormatError, match=r"items\[0\].id has 1,001 characters"):
+        read_layouts(write(tmp_path / "long.json", content))
+
+
 @pytest.mark.parametrize("kind", [Format.NATIVE, Format.PARQUET])
 def test_equal_names_are_not_written(tmp_path, layouts, kind):
     with pytest.raises(FormatError, match="two of the layouts to write have this name"):
