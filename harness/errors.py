@@ -7,10 +7,12 @@ Engines know nothing of this package: what a user can mend of theirs derives fro
 from __future__ import annotations
 
 import difflib
-from collections.abc import Collection
-from typing import Any
+from collections.abc import Collection, Iterable, Mapping
+from typing import Any, TypeVar
 
-from steadyload.escaping import sentence
+from steadyload.escaping import sentence, shown
+
+Kind = TypeVar("Kind")
 
 _COMPARED = 200
 """Characters of an unknown name that are compared with the known ones."""
@@ -27,7 +29,9 @@ class SentenceError(Exception):
         return sentence(super().__str__())
 
     def __reduce__(self) -> tuple[Any, ...]:
-        kind, args, *state = super().__reduce__()
+        made = super().__reduce__()
+        assert isinstance(made, tuple), "an exception is pickled by a tuple"
+        kind, args, *state = made
         return _restored, (kind, args), *state
 
 
@@ -40,12 +44,51 @@ class UserError(SentenceError, ValueError):
     """Input that a user can correct: one sentence says what is wrong and what is allowed."""
 
 
+class WrongTypeError(UserError, TypeError):
+    """A value of another type than is allowed; it can also be caught as a ``TypeError``."""
+
+
 class FailedError(SentenceError, RuntimeError):
     """Work that failed although its input is right."""
 
 
 class UnsolvedError(FailedError):
     """A programme for which the solver found no answer."""
+
+
+def required(
+    name: str,
+    value: Any,
+    kind: type[Kind],
+    allowed: str,
+    error: type[UserError] = WrongTypeError,
+) -> Kind:
+    """A value that a caller gave, if it is of the type that is allowed.
+
+    Args:
+        name: of the value, for the message.
+        value: as given.
+        kind: the type that is allowed.
+        allowed: that type in words.
+        error: what is raised.
+
+    Raises:
+        UserError: of the class ``error``: the value is of another type.
+    """
+    if not isinstance(value, kind):
+        raise error(f"{name} is {shown(value)}; allowed: {allowed}")
+    return value
+
+
+def required_list(name: str, value: Iterable[Kind], allowed: str) -> list[Kind]:
+    """The elements of a list that a caller gave, which is no text.
+
+    Raises:
+        WrongTypeError: it is a text, or no list.
+    """
+    if isinstance(value, str | bytes | Mapping):
+        raise WrongTypeError(f"{name} is {shown(value)}; allowed: {allowed}")
+    return list(required(name, value, Iterable, allowed))  # type: ignore[type-abstract]
 
 
 def nearest(name: str, known: Collection[str]) -> str:

@@ -1,21 +1,26 @@
 """Values that callers give and that mean nothing: each is refused in one short sentence."""
 
+import io
 import math
 from importlib import metadata
 
+import numpy as np
 import pytest
 
 import steadyload as sl
 from steadyload.cli import main
 from steadyload.errors import UserError
+from steadyload.layouts.files.parquet_layouts import as_parquet
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.model.snapping import snap
+from steadyload.layouts.writers import as_native
 from steadyload.transport.history import constant
 from steadyload.transport.limits import limits
 from steadyload.transport.trials import under_history
 
 BOX = sl.Item(0, (0, 0, 0), (40, 30, 40), 12)
 LAYOUT = sl.Layout("one", sl.Pallet(120, 160, 80), (BOX,))
+CONTENT = "".join(as_native([LAYOUT])).encode()
 HUGE = 10**400
 
 
@@ -145,6 +150,96 @@ def test_what_is_no_layout_is_refused_by_what_to_pass(tmp_path):
     assert "'pallets.csv' is no layout" in told
     assert "steadyload.read(file)" in told
     refused(lambda: sl.view("pallets.csv", ["sme"], tmp_path / "view.html"))
+    refused(lambda: sl.make_method("sme").judge("pallets.csv"))
+    refused(lambda: limits("pallets.csv"))
+
+
+OF_A_TYPE = {
+    "check frame": lambda value: sl.check(LAYOUT, "sme", frame=value),
+    "check transport": lambda value: sl.check(LAYOUT, "sme", transport=value),
+    "repair frame": lambda value: sl.repair(LAYOUT, method="sme", frame=value),
+    "repair allow": lambda value: sl.repair(LAYOUT, value, method="sme"),
+    "view frame": lambda value: sl.view(LAYOUT, ["sme"], "no.html", frame=value),
+    "view methods": lambda value: sl.view(LAYOUT, value, "no.html"),
+    "read": sl.read,
+    "read_batch": sl.read_batch,
+    "read dialect": lambda value: sl.read(CONTENT, dialect=value),
+    "read_batch dialect": lambda value: sl.read_batch(CONTENT, dialect=value),
+    "read floor": lambda value: sl.read(CONTENT, floor=value),
+    "read snap_gap": lambda value: sl.read(CONTENT, snap_gap=value),
+    "read with an unknown argument": lambda value: sl.read(CONTENT, snapgap=value),
+    "session pallet": sl.LoadingSession,
+    "session name": lambda value: sl.LoadingSession(LAYOUT.pallet, name=value),
+    "try_place": lambda value: sl.LoadingSession(LAYOUT.pallet).try_place(value),
+    "feasible": lambda value: sl.LoadingSession(LAYOUT.pallet).feasible(value, [[0, 0, 0]]),
+    "undo": lambda value: sl.LoadingSession(LAYOUT.pallet).undo(value),
+    "batch": sl.LayoutBatch.of,
+    "judge": sl.make_method("sme").judge,
+    "judge_many": sl.make_method("sme").judge_many,
+    "layout name": lambda value: sl.Layout(value, LAYOUT.pallet, (BOX,)),
+    "layout pallet": lambda value: sl.Layout("one", value, (BOX,)),
+    "layout items": lambda value: sl.Layout("one", LAYOUT.pallet, value),
+    "item name": lambda value: sl.Item(0, (0, 0, 0), (1, 1, 1), 1, name=value),
+    "pallet floor": lambda value: sl.Pallet(1, 1, 1, floor=value),
+    "renamed": LAYOUT.renamed,
+    "limits": limits,
+    "history": lambda value: under_history(LAYOUT, value, [0], "label@mujoco"),
+    "score files": lambda value: sl.score(value, ["sme"]),
+    "score methods": lambda value: sl.score([], value),
+    "score scenario": lambda value: sl.score([], ["sme"], scenario=value),
+    "score limit": lambda value: sl.score([], ["sme"], limit=value),
+}
+WRONG = [object(), (1, 2, 3), [(1, 2, 3)], {"a": 1}, np.array([1, 2]), np.eye(2)]
+
+
+@pytest.mark.parametrize("value", WRONG, ids=lambda value: type(value).__name__)
+@pytest.mark.parametrize("door", OF_A_TYPE)
+def test_a_value_of_another_type_is_refused_by_what_is_allowed(door, value):
+    refused(lambda: OF_A_TYPE[door](value))
+
+
+@pytest.mark.parametrize("door", ["read dialect", "check frame", "view frame", "read snap_gap"])
+def test_an_empty_list_is_not_taken_for_none(door):
+    refused(lambda: OF_A_TYPE[door]([]))
+
+
+def test_a_text_is_no_list_of_files_or_methods():
+    told = refused(lambda: sl.score("pallets.csv", ["sme"]))
+    assert told == "files is 'pallets.csv'; allowed: a list of files"
+    refused(lambda: sl.score([], "sme"))
+    refused(lambda: sl.view(LAYOUT, "sme", "no.html"))
+
+
+def test_a_misspelt_argument_of_reading_is_named_with_the_nearest():
+    told = refused(lambda: sl.read(CONTENT, snapgap=1))
+    assert told.startswith("unknown argument 'snapgap'; did you mean 'snap_gap'? allowed: dialect")
+
+
+@pytest.mark.parametrize("read", [sl.read, sl.read_batch])
+def test_bytes_and_open_files_are_read_as_files_are(read, file):
+    content = file.read_bytes()
+    with file.open("rb") as opened:
+        given = [content, bytearray(content), memoryview(content), io.BytesIO(content), opened]
+        for one in given:
+            [layout] = read(one)
+            assert layout.content_hash() == LAYOUT.content_hash()
+    with file.open() as text:
+        assert "opened to be read as bytes" in refused(lambda: read(text))
+    with pytest.raises(UserError, match=r"^the given bytes: holds no layouts; allowed"):
+        read(content.partition(b"[")[0] + b"[]}")
+    assert len(read(io.BytesIO(as_parquet_bytes()))) == 1
+
+
+def as_parquet_bytes():
+    return b"".join(as_parquet([LAYOUT]))
+
+
+def test_a_layout_is_shown_in_one_line():
+    assert repr(LAYOUT) == str(LAYOUT)
+    assert str(LAYOUT) == "<Layout 'one': 1 box, 12 kg, on a pallet of 120 x 80 cm, up to 160 cm>"
+    [seen] = sl.LayoutBatch.of([LAYOUT])
+    assert repr(seen) == repr(LAYOUT)
+    assert "items" not in vars(seen)
 
 
 def test_a_missing_file_is_bad_input_and_a_missing_file():

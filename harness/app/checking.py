@@ -42,7 +42,7 @@ from steadyload.runs.methods_here import method_named, use_methods
 from steadyload.runs.pool import PartLimit, SinglePart, run_units
 from steadyload.statics.bearing.crushed import Crushed
 from steadyload.statics.bearing.crushing import first_crushed
-from steadyload.transport.rules import Rule, rule_named
+from steadyload.transport.rules import Rule, rule_named, rule_of
 
 if TYPE_CHECKING:
     from steadyload.repairing.remedy import Remedy
@@ -88,6 +88,7 @@ def check(
 
     Raises:
         LayoutError: it is no layout.
+        WrongTypeError: ``frame`` or ``transport`` is of another type.
         NumberError: the timeout is no finite number above 0.
         SpecError, EngineNotInstalledError: there is no such method, or its engine is missing.
         TransportError: there is no such rule.
@@ -130,8 +131,8 @@ def answer_on(
         frame: likewise.
     """
     require_layout(layout)
-    limit, frame = _gap_limit(gaps_cm), frame or Frame()
-    rule = rule_named(transport) if isinstance(transport, str) else transport
+    limit, frame = _gap_limit(gaps_cm), Frame.given(frame)
+    rule = None if transport is None else rule_of(transport)
     judging = prepared(method, len(layout))
     spec = str(judging.spec)
     watch = Stopwatch(timeout)

@@ -130,7 +130,7 @@ def repair(
     """
     options = RepairOptions(
         allow=allow, method=None if method is None else asked_to_stand(method),
-        shift_cm=shift_cm, seconds=seconds, seed=seed, gaps_cm=gaps_cm, frame=frame or Frame(),
+        shift_cm=shift_cm, seconds=seconds, seed=seed, gaps_cm=gaps_cm, frame=Frame.given(frame),
     )  # fmt: skip
     require_layout(layout)
     clock = cpu_clock()
@@ -185,10 +185,10 @@ def _kinds(allow: Collection[Kind | str]) -> frozenset[Kind]:
     Raises:
         RepairError: there is no such change, or none is allowed.
     """
-    if isinstance(allow, str) or not isinstance(allow, Collection) or not allow:
+    if isinstance(allow, str) or not isinstance(allow, Collection) or len(allow) == 0:
         raise RepairError(f"allow is {shown(allow)}; allowed: one or more of {', '.join(Kind)}")
     for word in allow:
-        if word not in list(Kind):
+        if not isinstance(word, str) or word not in list(Kind):
             raise RepairError(f"allow has {shown(word)}; {nearest(str(word), list(Kind))}")
     return frozenset(map(Kind, allow))
 

@@ -12,7 +12,7 @@ import numpy as np
 from steadyload.app.check_defaults import GAPS_CM, default_method, default_methods
 from steadyload.app.faults import fault_of
 from steadyload.atomic import write_atomically
-from steadyload.errors import UserError, nearest
+from steadyload.errors import UserError, nearest, required_list
 from steadyload.layouts.files.record import Refused
 from steadyload.layouts.files.sources import source_name
 from steadyload.layouts.formats import Reading, scan_layouts
@@ -87,7 +87,10 @@ def write_view(
     # A caller that needs only the errors, as the command at its start, needs no templates.
     from steadyload.reports.viewer.page import view_html
 
-    judges = [make_method(_named(spec, len(layout))) for spec in methods]
+    judges = [
+        make_method(_named(spec, len(layout)))
+        for spec in required_list("methods", methods, "a list of one or two methods")
+    ]
     recordings = _recorded(layout, judges, record)
     shown = contact_forces(layout) if record is record_loading else None
     view = view_of(layout, recordings, provenance_lines(), shown, frame=frame)
@@ -114,7 +117,7 @@ def view_of(
         gaps_cm: how far a box that has nothing under it may drop [cm].
         frame: axes and units of all that is said.
     """
-    gap, frame = largest(gaps(layout)), frame or Frame()
+    gap, frame = largest(gaps(layout)), Frame.given(frame)
     return View(
         name=layout.name,
         pallet=layout.pallet.size,

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from steadyload.errors import UserError
+from steadyload.errors import UserError, required, required_list
 from steadyload.gym.library import gymnasium
 from steadyload.gym.places import grid_of, heights_over, turned
 from steadyload.layouts.model.checks import is_number
@@ -86,11 +86,21 @@ class OnlinePacking(gymnasium.Env[Observation, np.int64]):
             )
         drawn = make_instance(item_class, 0, seed=0, item_count=box_count)
         self._drawn = (item_class, len(drawn.sizes))
-        self.pallet = drawn.pallet if pallet is None else pallet
+        self.pallet = drawn.pallet
+        if pallet is not None:
+            self.pallet = required(
+                "pallet", pallet, Pallet, "a Pallet, or None", OnlinePackingError
+            )
         if boxes is None:
             longest = ITEM_CLASSES[item_class].longest_side
             _check_fit("the longest box that is drawn", (longest,) * 3, self.pallet)
-        self._given = None if boxes is None else _fitting(tuple(boxes), self.pallet)
+        self._given = (
+            None
+            if boxes is None
+            else _fitting(
+                tuple(required_list("boxes", boxes, "a list of Items, or None")), self.pallet
+            )
+        )
         self.session = LoadingSession(self.pallet, method)
         self._cell = _side_of_cells(cell, self.pallet)
         self._corners = grid_of(self.pallet, self._cell)
@@ -279,6 +289,7 @@ def _fitting(boxes: tuple[Item, ...], pallet: Pallet) -> tuple[Item, ...]:
     if not boxes:
         raise OnlinePackingError("there are no boxes; allowed: one or more")
     for number, box in enumerate(boxes):
+        required(f"box {number}", box, Item, "an Item", OnlinePackingError)
         _check_fit(f"box {number}", box.size, pallet)
     return boxes
 

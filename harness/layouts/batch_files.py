@@ -10,20 +10,27 @@ from pathlib import Path
 from typing import Unpack
 
 from steadyload.layouts.files.csv_batch import batch_of_csv
-from steadyload.layouts.files.dialect import Dialect
 from steadyload.layouts.files.limits import MAX_FILE_BYTES
 from steadyload.layouts.files.record import FormatError, Refused
-from steadyload.layouts.files.sources import STANDARD_INPUT, opened_source, read_rest, source_name
+from steadyload.layouts.files.sources import (
+    STANDARD_INPUT,
+    File,
+    Source,
+    opened_source,
+    read_rest,
+    source_name,
+    source_of,
+)
 from steadyload.layouts.formats import (
     HEAD_BYTES,
     Format,
     Reading,
     detect_format,
+    resolved,
     scan_batches,
 )
 from steadyload.layouts.json_batch import batch_of_json
 from steadyload.layouts.model.batch import LayoutBatch
-from steadyload.layouts.model.floor import FloorKind
 from steadyload.layouts.model.layout import Layout
 from steadyload.layouts.model.plausibility import implausible_among
 
@@ -36,7 +43,7 @@ _ITEMS = 500
 """Items of layouts that are held as objects, or those of one layout more."""
 
 
-def read_batch(path: str | Path, **reading: Unpack[Reading]) -> LayoutBatch:
+def read_batch(path: File, **reading: Unpack[Reading]) -> LayoutBatch:
     """All layouts of a file as arrays: those of :func:`read_layouts`, to the last bit.
 
     Three kinds of files become arrays without an object an item: CSV in centimetres and kilograms,
@@ -54,17 +61,18 @@ def read_batch(path: str | Path, **reading: Unpack[Reading]) -> LayoutBatch:
         FloorError: likewise.
         OSError: the file cannot be read.
     """
-    found = None if reading.get("snap_gap") else plain_batch(path, reading)
+    source = source_of(path)
+    found = plain_batch(source, reading)
     if found is None:
-        return LayoutBatch.joined(list(_batches(path, reading)))
+        return LayoutBatch.joined(list(_batches(source, reading)))
     if doubt := implausible_among(found):
-        _log.warning("%s: %s", source_name(path), doubt)
+        _log.warning("%s: %s", source_name(source), doubt)
     return found
 
 
-def _batches(path: str | Path, reading: Reading) -> Iterator[LayoutBatch]:
+def _batches(source: Source, reading: Reading) -> Iterator[LayoutBatch]:
     def valid() -> Iterator[LayoutBatch | Layout]:
-        for entry in scan_batches(path, **reading):
+        for entry in scan_batches(source, **reading):
             if isinstance(entry, Refused):
                 raise entry.error
             yield entry
@@ -95,15 +103,16 @@ def in_batches(
         yield LayoutBatch.of(singles), singles
 
 
-def plain_batch(path: str | Path, reading: Reading) -> LayoutBatch | None:
+def plain_batch(source: Source, reading: Reading) -> LayoutBatch | None:
     """The batch of a file of which :func:`read_batch` makes no object an item; None for others."""
-    if not Path(path).is_file() or str(path) == STANDARD_INPUT:  # it can be read only once
+    dialect, deck, gap = resolved(reading)
+    if gap:
         return None
-    dialect = reading.get("dialect") or Dialect()
-    overhang, floor = reading.get("overhang"), reading.get("floor")
-    stated = {"overhang": overhang, "floor": None if floor is None else FloorKind.named(floor)}
-    deck = {key: value for key, value in stated.items() if value is not None}
-    with opened_source(path) as file:
+    if not isinstance(source, bytes) and (
+        not Path(source).is_file() or str(source) == STANDARD_INPUT
+    ):  # it can be read only once
+        return None
+    with opened_source(source) as file:
         head = file.read(HEAD_BYTES)
         kind = detect_format(head.decode("utf-8", errors="replace"), dialect)
         if kind is Format.NATIVE and not dialect.stated():
@@ -114,4 +123,4 @@ def plain_batch(path: str | Path, reading: Reading) -> LayoutBatch | None:
             content = read_rest(file, head, MAX_FILE_BYTES)
         except FormatError:
             return None
-    return batch_of_csv(content, dialect, deck, source_name(path))
+    return batch_of_csv(content, dialect, deck, source_name(source))

@@ -17,17 +17,22 @@ from pathlib import Path
 from typing import Any, BinaryIO, TypedDict, Unpack
 
 from steadyload.atomic import write_atomically
+from steadyload.errors import WrongTypeError, nearest, required
+from steadyload.escaping import shown
 from steadyload.layouts.files.csv_reader import is_csv, read_csv
 from steadyload.layouts.files.dialect import Dialect
 from steadyload.layouts.files.limits import MAX_FILE_BYTES, MAX_VALUE_LENGTH, MAX_YAML_BYTES
 from steadyload.layouts.files.parquet_footer import is_parquet
 from steadyload.layouts.files.record import FormatError, Record, Refused, to_layout
 from steadyload.layouts.files.sources import (
+    File,
+    Source,
     decoded,
     opened_source,
     read_rest,
     seekable,
     source_name,
+    source_of,
 )
 from steadyload.layouts.model.batch import LayoutBatch
 from steadyload.layouts.model.distinct_names import DistinctNames
@@ -91,14 +96,49 @@ class Reading(TypedDict, total=False):
     floor: FloorKind | str | None
 
 
-def read_layouts(path: str | Path, **reading: Unpack[Reading]) -> list[Layout]:
+def resolved(reading: Reading) -> tuple[Dialect, dict[str, Any], float]:
+    """The choices in reading: the dialect, what is stated of all decks, and the gap to close [cm].
+
+    Raises:
+        WrongTypeError: there is no such choice, or the dialect is none.
+        FloorError: there is no such floor.
+        NumberError: the gap is no finite number, 0 or more.
+    """
+    for key in reading:
+        if key not in Reading.__annotations__:
+            raise WrongTypeError(
+                f"unknown argument {shown(key)}; {nearest(key, Reading.__annotations__)}"
+            )
+    dialect, floor = reading.get("dialect"), reading.get("floor")
+    if dialect is not None:
+        required(
+            "dialect",
+            dialect,
+            Dialect,
+            "a Dialect, as steadyload.load_profile(file) gives, or None",
+        )
+    stated = {
+        "overhang": reading.get("overhang"),
+        "floor": None if floor is None else FloorKind.named(floor),
+    }
+    gap = reading.get("snap_gap")
+    return (
+        dialect or _PLAIN,
+        {key: value for key, value in stated.items() if value is not None},
+        number_within("snap_gap", 0.0 if gap is None else gap, 0.0, unit="[cm]"),
+    )
+
+
+def read_layouts(path: File, **reading: Unpack[Reading]) -> list[Layout]:
     """All layouts of a file.
 
     Args:
-        path: a file in any of the formats of :class:`Format`; ``-`` for standard input.
+        path: a file in any of the formats of :class:`Format`; ``-`` for standard input. Or its
+            content: bytes, or a file that is open to be read as bytes.
         reading: see :class:`Reading`.
 
     Raises:
+        WrongTypeError: ``path`` or a choice in reading is of another type.
         LayoutError: the file is in no known format, is cut off, or holds an invalid layout.
         FloorError: there is no such floor.
         NumberError: the gap is no finite number, 0 or more.
@@ -114,7 +154,7 @@ def read_layouts(path: str | Path, **reading: Unpack[Reading]) -> list[Layout]:
     return layouts
 
 
-def scan_layouts(path: str | Path, **reading: Unpack[Reading]) -> Iterator[Layout | Refused]:
+def scan_layouts(path: File, **reading: Unpack[Reading]) -> Iterator[Layout | Refused]:
     """Like :func:`read_layouts`, but an invalid layout is handed out instead of raised.
 
     The first layout whose units were probably read wrong is told as a warning of the logger
@@ -125,16 +165,12 @@ def scan_layouts(path: str | Path, **reading: Unpack[Reading]) -> Iterator[Layou
 
 
 def scan_batches(
-    path: str | Path, **reading: Unpack[Reading]
+    path: File, **reading: Unpack[Reading]
 ) -> Iterator[LayoutBatch | Layout | Refused]:
     """Like :func:`scan_layouts`, but layouts that become arrays at once come as batches."""
-    file, floor = source_name(path), reading.get("floor")
-    snap_gap = number_within("snap_gap", reading.get("snap_gap") or 0.0, 0.0, unit="[cm]")
-    kind = None if floor is None else FloorKind.named(floor)
-    dialect = reading.get("dialect") or _PLAIN
+    source = source_of(path)
+    file, (dialect, deck, snap_gap) = source_name(source), resolved(reading)
     frame = Frame.of(dialect)
-    stated = {"overhang": reading.get("overhang"), "floor": kind}
-    deck: dict[str, Any] = {key: value for key, value in stated.items() if value is not None}
     names = DistinctNames()
     doubt = ""
 
@@ -144,7 +180,7 @@ def scan_batches(
         return told
 
     try:
-        for record in _entries(path, dialect, deck):
+        for record in _entries(source, dialect, deck):
             own = record.names if isinstance(record, LayoutBatch) else (record.name,)
             if (again := names.add(own)) is not None:
                 raise FormatError(_TWICE, layout=again)
@@ -191,10 +227,10 @@ def _other(head: bytes) -> str:
 
 
 def _entries(
-    path: str | Path, dialect: Dialect, deck: Mapping[str, Any]
+    source: Source, dialect: Dialect, deck: Mapping[str, Any]
 ) -> Iterator[LayoutBatch | Record | Refused]:
     """Contents of a file, checked where its format is checked many layouts at a time."""
-    with opened_source(path) as file:
+    with opened_source(source) as file:
         head = file.read(HEAD_BYTES)
         if is_parquet(head):  # pyarrow takes longer to import than all other formats
             from steadyload.layouts.parquet_reader import read_parquet
@@ -202,7 +238,7 @@ def _entries(
             _refuse_dialect(dialect)
             yield from read_parquet(seekable(file, head), deck)
         else:
-            yield from _records(head, file, dialect, source_name(path))
+            yield from _records(head, file, dialect, source_name(source))
 
 
 def records_of(file: BinaryIO, dialect: Dialect, name: str | None) -> Iterator[Record | Refused]:

@@ -6,6 +6,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, Unpack
 
+from steadyload.errors import WrongTypeError, required, required_list
+from steadyload.escaping import shown
 from steadyload.layouts.files.record import Refused
 from steadyload.layouts.formats import Reading
 from steadyload.layouts.model.layout import Item, Layout
@@ -71,12 +73,20 @@ def score_layouts(
     Raises:
         LayoutError: a file cannot be read as a whole; or a layout is not valid, if ``strict``.
         NumberError: the timeout is no finite number above 0.
+        WrongTypeError: another argument is of a type that is not allowed.
         SpecError: a method does not exist.
         EngineNotInstalledError: a method's engine is missing.
     """
     seconds_allowed(timeout)
-    judges = [asked_to_stand(spec) for spec in methods]
-    with Entries(scan_entries(files, limit=limit, strict=strict, **reading)) as entries:
+    if scenario is not None and not (isinstance(scenario, str) and scenario in list(Scenario)):
+        allowed = ", ".join(Scenario)
+        raise WrongTypeError(f"scenario is {shown(scenario)}; allowed: {allowed}, or None")
+    for name, count in (("limit", limit), ("max_items", max_items)):
+        if count is not None:
+            required(name, count, int, "a whole number, or None")
+    named = required_list("files", files, "a list of files")
+    judges = [asked_to_stand(spec) for spec in required_list("methods", methods, "a list of methods")]
+    with Entries(scan_entries(named, limit=limit, strict=strict, **reading)) as entries:
         return list(
             score_entries(
                 entries,

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from steadyload.engines.registry import world_class
 from steadyload.engines.world import EngineError
 from steadyload.escaping import shown
-from steadyload.layouts.model.layout import Layout
+from steadyload.layouts.model.layout import Layout, require_layout
 from steadyload.methods.contract.method import Method
 from steadyload.methods.equilibrium.equilibrium import Equilibrium
 from steadyload.methods.registry import method_of
@@ -117,9 +117,11 @@ def limits(
             knows no time.
 
     Raises:
+        LayoutError: it is no layout.
         TransportError: no such method, or one that has no friction; such a rise; no directions.
         SpecError, EngineNotInstalledError: see :func:`steadyload.methods.registry.make_method`.
     """
+    require_layout(layout)
     chosen = checked_directions(directions)
     rise = number_within("rise", rise, 0.0, LONGEST, unit="[s]", error=TransportError)
     judge = method_of(method)

@@ -9,7 +9,7 @@ from functools import cache
 from pathlib import Path
 
 from steadyload.config import REQUIRED, bind, check, option
-from steadyload.errors import nearest
+from steadyload.errors import nearest, required
 from steadyload.escaping import shown
 from steadyload.reading import own_file, toml_of
 from steadyload.transport.errors import TransportError
@@ -108,6 +108,18 @@ class Rule:
 def rules() -> dict[str, Rule]:
     """The rules that come with the package, by name."""
     return _rules(own_file("steadyload.transport", "rules.toml"))
+
+
+def rule_of(rule: str | Rule) -> Rule:
+    """The rule that a caller hands over, as itself or by its name or file.
+
+    Raises:
+        WrongTypeError: it is neither.
+        TransportError: there is none of that name.
+    """
+    if isinstance(rule, str):
+        return rule_named(rule)
+    return required("transport", rule, Rule, f"a Rule, a TOML file of one, {', '.join(rules())}")
 
 
 def rule_named(name: str) -> Rule:

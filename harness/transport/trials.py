@@ -6,7 +6,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from steadyload.engines.world import EngineError
-from steadyload.layouts.model.layout import Layout
+from steadyload.errors import required
+from steadyload.layouts.model.layout import Layout, require_layout
 from steadyload.methods.contract.method import Method
 from steadyload.methods.registry import make_method, method_of
 from steadyload.methods.simulation.simulation import Simulation
@@ -166,9 +167,12 @@ def under_history(
         method: a simulation.
 
     Raises:
-        TransportError: the method simulates nothing.
+        LayoutError: it is no layout.
+        TransportError: the method simulates nothing, or the history is none.
         SpecError, EngineNotInstalledError: see :func:`steadyload.methods.registry.make_method`.
     """
+    require_layout(layout)
+    required("history", history, History, "a History", TransportError)
     judge = method_of(method)
     if not isinstance(judge, Simulation):
         raise TransportError(

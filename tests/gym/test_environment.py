@@ -160,6 +160,8 @@ def test_given_boxes_come_in_their_order_and_turn_with_their_centres_of_mass():
         ({"cell": 0.0}, "cell is 0.0; allowed: a number, 0.05 to 100000 cm"),
         ({"cell": 0.1}, "cell is 0.1 cm: 2000000 actions; allowed: up to 100000"),
         ({"cell": float("nan")}, "cell is nan; allowed"),
+        ({"pallet": (120, 160, 80)}, r"pallet is \(120, 160, 80\); allowed: a Pallet, or None"),
+        ({"boxes": [(10, 10, 10)]}, r"box 0 is \(10, 10, 10\); allowed: an Item"),
     ],
 )
 def test_an_environment_that_cannot_be_is_refused(how, said):

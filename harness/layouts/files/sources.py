@@ -6,10 +6,11 @@ import io
 import sys
 from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, contextmanager
+from os import PathLike
 from pathlib import Path
 from typing import BinaryIO
 
-from steadyload.errors import UserError
+from steadyload.errors import UserError, required
 from steadyload.escaping import sentence
 from steadyload.layouts.files.limits import MAX_FILE_BYTES, MAX_STREAM_BYTES
 from steadyload.layouts.files.record import FormatError
@@ -19,6 +20,12 @@ _CHUNK = 1024**2
 
 STANDARD_INPUT = "-"
 """Stands for standard input where a file is named."""
+
+File = str | PathLike[str] | bytes | BinaryIO
+"""What is read: a path, bytes, or a file that is open to be read as bytes."""
+
+Source = str | Path | bytes
+"""A path, or the content of a file."""
 
 
 class _NamingError(OSError, UserError):
@@ -42,20 +49,48 @@ def distinct_names(files: Iterable[str]) -> dict[str, str]:
     return names if len(set(names.values())) == len(names) else {file: file for file in names}
 
 
-def source_name(path: str | Path) -> str:
+def source_of(given: File) -> Source:
+    """What a caller gave to be read, as what can be read more than once: a path, or bytes.
+
+    Args:
+        given: a path, ``-`` for standard input, the bytes themselves, or a file that is open to be
+            read as bytes, of which the rest is read.
+
+    Raises:
+        WrongTypeError: it is nothing of these.
+        FormatError: a file that is open has more bytes than are read.
+    """
+    if isinstance(given, str | PathLike):
+        return given if isinstance(given, str) else Path(given)
+    if isinstance(given, bytes | bytearray | memoryview):
+        return bytes(given)
+    content = given.read(MAX_FILE_BYTES + 1) if hasattr(given, "read") else given
+    allowed = "a path, bytes, or a file opened to be read as bytes"
+    found = required("the file to read", content, bytes, allowed)
+    if len(found) > MAX_FILE_BYTES:
+        raise _too_large(MAX_FILE_BYTES)
+    return found
+
+
+def source_name(source: Source) -> str:
     """The name of a file for a message."""
-    return "standard input" if str(path) == STANDARD_INPUT else str(path)
+    if isinstance(source, bytes):
+        return "the given bytes"
+    return "standard input" if str(source) == STANDARD_INPUT else str(source)
 
 
 @contextmanager
-def opened_source(path: str | Path) -> Iterator[BinaryIO]:
-    """A file, or standard input for ``-``, as bytes.
+def opened_source(path: Source) -> Iterator[BinaryIO]:
+    """A file, or standard input for ``-``, or bytes, as bytes.
 
     Raises:
         MissingFileError: there is no such file.
         FolderError: it is a folder.
         OSError: it cannot be read.
     """
+    if isinstance(path, bytes):
+        yield io.BytesIO(path)
+        return
     if str(path) == STANDARD_INPUT:
         yield sys.stdin.buffer
         return

@@ -12,6 +12,7 @@ from typing import Any, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from steadyload.errors import required_list
 from steadyload.layouts.model.batch_checks import (
     Pallets,
     checked_array,
@@ -22,7 +23,15 @@ from steadyload.layouts.model.batch_checks import (
     refuse_unnamed,
 )
 from steadyload.layouts.model.floor import INFINITE
-from steadyload.layouts.model.layout import ARRAYS, FloatArray, Layout, LayoutError, Pallet, view_on
+from steadyload.layouts.model.layout import (
+    ARRAYS,
+    FloatArray,
+    Layout,
+    LayoutError,
+    Pallet,
+    require_layout,
+    view_on,
+)
 
 _HASHED = ("lower", "upper", "weights", "mass_offsets")
 """Names of the arrays of which :meth:`Layout.content_hash` is."""
@@ -72,8 +81,15 @@ class LayoutBatch:
 
     @classmethod
     def of(cls, layouts: Iterable[Layout]) -> LayoutBatch:
-        """The batch of some layouts; there may be none."""
-        each = list(layouts)
+        """The batch of some layouts; there may be none.
+
+        Raises:
+            WrongTypeError: it is no list.
+            LayoutError: one of its elements is no layout.
+        """
+        each = required_list("layouts", layouts, "a list of Layouts")
+        for layout in each:
+            require_layout(layout)
         empty = np.empty((0, 3))
         ids = [layout.ids for layout in each]
         return cls(

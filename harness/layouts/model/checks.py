@@ -7,6 +7,8 @@ import hashlib
 import numpy as np
 from numpy.typing import NDArray
 
+from steadyload.escaping import shown
+
 FloatArray = NDArray[np.float64]
 
 SHOWN = 200
@@ -36,6 +38,7 @@ def is_vector(values: object) -> bool:
     return isinstance(values, tuple | list) and len(values) == 3 and all(map(is_number, values))
 
 
-def unprintable(name: str) -> str:
+def unprintable(name: object) -> str:
     """Sentence that refuses a name."""
-    return f"name is {name[:SHOWN]!a}; allowed: one or more printable characters"
+    told = ascii(name[:SHOWN]) if isinstance(name, str) else shown(name)
+    return f"name is {told}; allowed: one or more printable characters"

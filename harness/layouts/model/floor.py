@@ -47,7 +47,7 @@ class FloorKind(StrEnum):
         Raises:
             FloorError: there is none.
         """
-        if name not in list(cls):
+        if not isinstance(name, str) or name not in list(cls):
             known = nearest(name if isinstance(name, str) else "", list(cls))
             raise FloorError(f"floor is {shown(name)}; {known}")
         return cls(name)

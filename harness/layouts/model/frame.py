@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
+from steadyload.errors import required
 from steadyload.layouts.model.units import UNITS, WEIGHT_UNITS
 
 _DECIMALS = {"mm": 0, "cm": 1, "m": 3, "in": 2}
@@ -54,6 +55,15 @@ class Frame:
         if form is None:
             return cls()
         return cls(("y", "z", "x") if form.up == "z" else cls().axes, form.units, form.weight)
+
+    @classmethod
+    def given(cls, frame: Frame | None) -> Frame:
+        """The frame that a caller gave, or ours for None.
+
+        Raises:
+            WrongTypeError: it is neither.
+        """
+        return cls() if frame is None else required("frame", frame, cls, "a Frame, or None")
 
     @property
     def decimals(self) -> int:

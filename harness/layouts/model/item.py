@@ -119,8 +119,8 @@ class Item:
                 self._refuse(f"{label} is {shown(found)}; allowed: three numbers")
         if not is_number(self.weight):
             self._refuse("weight", *not_a_number(self.weight, weight=True))
-        if not self.name.isprintable():
-            raise LayoutError(unprintable(self.name), item=str(self.sequence))
+        if not isinstance(self.name, str) or not self.name.isprintable():
+            raise LayoutError(unprintable(self.name), item=shown(self.sequence))
         if type(self.sequence) is not int or self.sequence < 0 or not is_number(self.sequence):
             told = f"sequence is {shown(self.sequence)}; allowed: 0, 1, 2, ..."
             raise LayoutError(told, item=f"item {shown(self.sequence)}")

@@ -7,13 +7,14 @@ is that of its own left-bottom-back corner.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
+from steadyload.errors import required, required_list
 from steadyload.escaping import shown
 from steadyload.layouts.model.checks import FloatArray as FloatArray
 from steadyload.layouts.model.checks import digest_of, unprintable
@@ -73,7 +74,7 @@ class Arrangement(Protocol):
     def __len__(self) -> int: ...
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Layout(ShownInNotebook):
     """A sequence of items on a pallet (A_i in the paper); items are kept in loading order.
 
@@ -106,6 +107,7 @@ class Layout(ShownInNotebook):
 
     def __post_init__(self) -> None:
         check_name(self.name)
+        required("pallet", self.pallet, Pallet, "a Pallet", LayoutError)
         try:
             items = self._in_order()
             lower = np.array([i.position for i in items], dtype=float)
@@ -125,6 +127,15 @@ class Layout(ShownInNotebook):
         except LayoutError as error:
             raise error.located(layout=self.name) from None
 
+    def __repr__(self) -> str:
+        """One line: name, number of boxes, their weight, and the pallet."""
+        width, height, depth = self.pallet.size
+        boxes = "1 box" if len(self) == 1 else f"{len(self)} boxes"
+        return (
+            f"<Layout {self.name!r}: {boxes}, {self.weights.sum():.6g} kg, on a pallet of "
+            f"{width:g} x {depth:g} cm, up to {height:g} cm>"
+        )
+
     def __setstate__(self, state: dict[str, Any]) -> None:
         """Arrays that come from another process are read-only as they were there."""
         vars(self).update(state)
@@ -132,9 +143,12 @@ class Layout(ShownInNotebook):
             state[key].setflags(write=False)
 
     def _in_order(self) -> tuple[Item, ...]:
-        if not self.items:
+        given = self.items if isinstance(self.items, Iterable) else (self.items,)
+        for item in given:
+            required("an item", item, Item, "an Item", LayoutError)
+        items = tuple(sorted(given, key=lambda i: i.sequence))
+        if not items:
             raise LayoutError(_NO_ITEMS)
-        items = tuple(sorted(self.items, key=lambda i: i.sequence))
         for expected, item in enumerate(items):
             if item.sequence < expected:
                 raise LayoutError(
@@ -298,7 +312,7 @@ def check_name(name: str) -> None:
     Raises:
         LayoutError: it is not printable, or empty.
     """
-    if not name or not name.isprintable():
+    if not isinstance(name, str) or not name or not name.isprintable():
         raise LayoutError(unprintable(name))
 
 
@@ -313,6 +327,19 @@ def require_layout(value: object) -> None:
             f"{shown(value)} is no layout; allowed: a Layout, such as each of those that "
             "steadyload.read(file) gives"
         )
+
+
+def require_layouts(values: Iterable[Layout]) -> list[Layout]:
+    """The layouts of a list.
+
+    Raises:
+        WrongTypeError: it is no list.
+        LayoutError: one of its elements is no layout.
+    """
+    each = required_list("layouts", values, "a list of Layouts")
+    for layout in each:
+        require_layout(layout)
+    return each
 
 
 def view_on(

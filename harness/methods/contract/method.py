@@ -12,7 +12,13 @@ from numpy.typing import NDArray
 
 from steadyload.layouts.model.batch import LayoutBatch
 from steadyload.layouts.model.growing import GrowingLayout
-from steadyload.layouts.model.layout import FloatArray, Item, Layout
+from steadyload.layouts.model.layout import (
+    FloatArray,
+    Item,
+    Layout,
+    require_layout,
+    require_layouts,
+)
 from steadyload.methods.contract.declared import EVERY_LAYOUT, LayoutRange, MovementLimits, Trait
 from steadyload.methods.contract.spec import MethodSpec, SpecError
 from steadyload.methods.contract.stopwatch import Phase as Phase
@@ -195,10 +201,8 @@ class StepScorer(ABC):
 class Method(ABC):
     """A method with fixed parameters.
 
-    A subclass declares ``Parameters`` (a frozen dataclass, see
-    :mod:`steadyload.methods.contract.spec`) and
-    :attr:`traits`, and implements :meth:`_judge`. One that can judge single steps overrides
-    :meth:`steps`, too.
+    A subclass declares ``Parameters`` (a frozen dataclass, see :mod:`.spec`) and :attr:`traits`,
+    and implements :meth:`_judge`. One that can judge single steps overrides :meth:`steps`, too.
 
     Args:
         spec: the method's identity; parses and prints back.
@@ -302,8 +306,10 @@ class Method(ABC):
                 calls, so a single call may overrun it.
 
         Raises:
+            LayoutError: it is no layout.
             NumberError: the timeout is no finite number above 0.
         """
+        require_layout(layout)
         return verdict_by(lambda watch: self._judge(layout, watch), len(layout), timeout, layout)
 
     def judge_many(
@@ -322,7 +328,7 @@ class Method(ABC):
             NumberError: the timeout is no finite number above 0.
         """
         watch = Stopwatch()  # to make a batch of layouts is a part of judging them
-        given = layouts if isinstance(layouts, LayoutBatch) else list(layouts)
+        given = layouts if isinstance(layouts, LayoutBatch) else require_layouts(layouts)
         try:
             batch = given if isinstance(given, LayoutBatch) else LayoutBatch.of(given)
             found = self.findings(batch, timeout=timeout, watch=watch)

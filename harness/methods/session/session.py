@@ -12,9 +12,10 @@ from types import TracebackType
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from steadyload.errors import UserError
+from steadyload.errors import UserError, required
+from steadyload.escaping import shown
 from steadyload.layouts.model.growing import GrowingLayout, numbered
-from steadyload.layouts.model.layout import Item, Layout, LayoutError, Pallet
+from steadyload.layouts.model.layout import Item, Layout, LayoutError, Pallet, check_name
 from steadyload.methods.contract.method import (
     STABLE,
     Finding,
@@ -56,6 +57,8 @@ class LoadingSession:
         SpecError: there is no such method.
         EngineNotInstalledError: the library of its engine is missing.
         NumberError: the timeout is no finite number above 0.
+        SessionError: the pallet is none.
+        LayoutError: the name is not printable, or empty.
 
     Attributes:
         method: that judges.
@@ -70,6 +73,8 @@ class LoadingSession:
         timeout: float | None = None,
         timed: bool = True,
     ) -> None:
+        required("pallet", pallet, Pallet, "a Pallet", SessionError)
+        check_name(name)
         self.method = method_of(method)
         self.method.prepare()
         self._open()
@@ -108,7 +113,7 @@ class LoadingSession:
 
         Raises:
             LayoutError: the item stands out of the pallet's contour or overlaps another.
-            SessionError: the session is closed, or in use by another thread.
+            SessionError: it is no item; the session is closed, or in use by another thread.
         """
         # As with _alone(), which would take a fifth of the time of a placement by a rule.
         if self._closed or not self._in_use.acquire(False):
@@ -135,8 +140,8 @@ class LoadingSession:
             number is not finite.
 
         Raises:
-            SessionError: positions have another shape; the session is closed, or in use by another
-                thread.
+            SessionError: it is no item; positions have another shape; the session is closed, or in
+                use by another thread.
         """
         try:
             places = np.array(positions, dtype=float, order="C")
@@ -147,6 +152,7 @@ class LoadingSession:
                 f"positions have the shape {np.shape(positions)}; allowed: numbers [cm], shape "
                 "(K, 3)"
             )
+        required("item", item, Item, "an Item", SessionError)
         with self._alone(changes=True):
             next_item = numbered(item, len(self._layout))
             found = self._loader.feasible(next_item, places)
@@ -170,6 +176,7 @@ class LoadingSession:
             self._go_back(count)
 
     def _try_place(self, item: Item) -> Verdict:
+        required("item", item, Item, "an Item", SessionError)
         count = len(self._layout.items)
         load = partial(self._load, numbered(item, count))
         stays = False
@@ -225,8 +232,10 @@ class LoadingSession:
         """
         with self._alone(changes=True):
             count = len(self._layout)
-            if not 0 <= steps <= count:
-                raise SessionError(f"undo {steps!r} steps; allowed: 0 to {count}, the items loaded")
+            if not isinstance(steps, int | np.integer) or not 0 <= steps <= count:
+                raise SessionError(
+                    f"undo {shown(steps)} steps; allowed: 0 to {count}, the items loaded"
+                )
             gone = tuple(self._layout.items[count - steps :])
             self._go_back(count - steps)
             return gone
