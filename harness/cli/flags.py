@@ -11,11 +11,18 @@ import inspect
 import math
 import types
 import typing
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
-from cyclopts import App, CycloptsError, Parameter, UnknownOptionError, UnusedCliTokensError
+from cyclopts import (
+    App,
+    CycloptsError,
+    MissingArgumentError,
+    Parameter,
+    UnknownOptionError,
+    UnusedCliTokensError,
+)
 
 from steadyload.config import (
     BARE,
@@ -218,6 +225,8 @@ def parsed(name: str, config: type[T], about: str, words: Sequence[str]) -> T | 
             f"{name}: nothing takes {left}; allowed: one word after a flag, which may hold commas; "
             "files stand side by side"
         ) from None
+    except MissingArgumentError as error:
+        raise UsageError(f"{name}: {_missing(error, flags)}") from None
     except CycloptsError as error:
         error.verbose = False
         raise UsageError(f"{name}: {error}") from None
@@ -241,6 +250,15 @@ def read_config(path: Path, command: type) -> dict[str, Any]:
         OSError: the file cannot be read.
     """
     return values_of(command, toml_of(path, ConfigError), str(path), apart={CONFIG})
+
+
+def _missing(error: MissingArgumentError, flags: Mapping[str, _Flag]) -> str:
+    """Which flag or operand is needed, or which flag stands without its value."""
+    assert error.argument is not None, "it says what is missing"
+    flag = flags[error.argument.field_info.name]
+    if error.keyword is not None:
+        return f"{error.keyword} has no value; allowed: {error.keyword} {flag.metavar}"
+    return f"{flag.metavar if flag.said(OPERAND) else f'{flag.names[-1]} {flag.metavar}'} is needed"
 
 
 def _near(word: str, known: Sequence[str]) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from pathlib import Path
@@ -31,8 +31,8 @@ from steadyload.escaping import printable
 if TYPE_CHECKING:
     from steadyload.app.repair_results import Repair as Repaired
     from steadyload.app.repairs import RepairOptions
-    from steadyload.layouts.files.dialect import Dialect
     from steadyload.layouts.files.record import Refused
+    from steadyload.layouts.files.sources import Content
     from steadyload.layouts.model.layout import Layout
 
 STAND, SOME_FAIL, BAD_INPUT, NOT_JUDGED = 0, 1, 2, 3
@@ -97,7 +97,8 @@ class Repair(Files):
 
         targets, reading = self._targets(), self.reading()
         options = self._options(Frame.of(reading["dialect"]))
-        entries = read_entries(self.files, **reading)
+        sources = self._sources()
+        entries = read_entries(sources, **reading)
         found, ended = repaired(entries, options, self.workers)
         for one in found:
             if one.outcome is Outcome.BAD_INPUT:
@@ -105,13 +106,13 @@ class Repair(Files):
         for warning in score_warnings(one.after.to_dict() for one in found if one.after):
             say(warning)
         try:
-            written = self._write(targets, found, reading["dialect"])
+            written = self._write(sources, targets, found, reading)
         except OSError:
             self._print(found, options)  # what was found is told, also where it cannot be written
             raise
         with kept_status():
             self._print(found, options)
-        for target in targets.values() if written else ():
+        for target in targets if written else ():
             say(f"plans: {target}")
         if isinstance(ended, FailedError):
             say(f"steadyload: {ended}")
@@ -136,89 +137,101 @@ class Repair(Files):
         given = stated(allow=self.allow, shift_cm=self.shift_cm, seconds=self.seconds)
         return RepairOptions(method=self.method, seed=self.seed, frame=frame, **given)
 
-    def _targets(self) -> dict[Path, Path]:
+    def _targets(self) -> list[Path]:
         """For each file that is read the one that is written.
 
         Raises:
             UsageError: one of them is read, too, or cannot be written, or two are the same.
         """
         out = self.output
-        if self.to is None:
-            for file in self.files:
-                if file.exists() and not file.is_file() and not file.is_dir():
-                    raise UsageError(
-                        f"--output: {str(file)!r} cannot be read twice; allowed: a file, or --to "
-                        f"with one of {', '.join(WRITABLE)}"
-                    )
-            if Path("-") in self.files:
-                raise UsageError(
-                    "--output: standard input has no form to write in; allowed: --to with one of "
-                    f"{', '.join(WRITABLE)}"
-                )
         several = len(self.files) > 1 or out.is_dir()
         if several and out.exists() and not out.is_dir():
             raise UsageError(f"--output: {str(out)!r} is no folder; allowed for several files: one")
-        found = {file: out / self._name(file) if several else out for file in self.files}
-        for (file, target), (other, same) in combinations(found.items(), 2):
+        found = [out / self._name(file) if several else out for file in self.files]
+        for (file, target), (other, same) in combinations(zip(self.files, found, strict=True), 2):
             if target == same:
                 raise UsageError(
                     f"--output: {str(file)!r} and {str(other)!r} would both be written to "
                     f"{str(target)!r}; allowed: one at a time"
                 )
-        for file, target in found.items():
-            self._check(file, target)
+        for target in found:
+            self._check(target)
         if not several and not out.absolute().parent.is_dir():
             raise UsageError(f"--output: {str(out.parent)!r} is no folder; allowed: one that is")
         return found
 
-    def _check(self, file: Path, target: Path) -> None:
+    def _check(self, target: Path) -> None:
         """Refuse to write over what is read, and where nothing can be written.
 
         Raises:
-            UsageError: the target is such a file, or the form of a file cannot be written.
+            UsageError: the target is such a file.
         """
         read = [*self.files, *filter(None, [self.profile])]
         check_output(target, read)
         if target.is_dir():
             raise UsageError(f"--output: {str(target)!r} is a folder; allowed: a file")
-        if self.to is None:
+        if self.to != "native":
             check_output(_native(target), read)
-            if file.suffix == _ENDINGS["parquet"]:
-                raise UsageError(
-                    f"--output: {str(file)!r} is a Parquet file, which has no text to change; "
-                    f"allowed: --to with one of {', '.join(WRITABLE)}"
-                )
 
     def _name(self, file: Path) -> str:
-        if self.to is None:
-            return file.name
-        return ("standard-input" if file == Path("-") else file.stem) + _ENDINGS[self.to]
+        own = Path("standard-input") if file == Path("-") else file
+        return own.name if self.to is None else own.stem + _ENDINGS[self.to]
+
+    def _sources(self) -> Sequence[Path | Content]:
+        """What the plans are read from: where the form of the files is kept, their bytes.
+
+        Raises:
+            UsageError: the form of a file cannot be written.
+            LayoutError: a file has too many bytes.
+            OSError: a file cannot be read.
+        """
+        from steadyload.layouts.files.parquet_footer import is_parquet
+        from steadyload.layouts.files.sources import Content
+
+        if self.to is not None:
+            return self.files
+        contents = [Content.of(file) for file in self.files]
+        for content in contents:
+            if is_parquet(content.data):
+                raise UsageError(
+                    f"--output: {str(content)!r} is a Parquet file, which has no text to change; "
+                    f"allowed: --to with one of {', '.join(WRITABLE)}"
+                )
+        return contents
 
     def _write(
-        self, targets: dict[Path, Path], found: Sequence[Repaired], dialect: Dialect
+        self,
+        sources: Sequence[Path | Content],
+        targets: Sequence[Path],
+        found: Sequence[Repaired],
+        reading: Mapping[str, Any],
     ) -> bool:
         """Write all files; False: some plan cannot be stated in the form of its file.
 
         All plans of such a file are written in the native format then, beside where it would be.
         """
         from steadyload.app.repaired_files import write_repaired
-        from steadyload.layouts.files.sources import source_name
-        from steadyload.layouts.formats import Format
+        from steadyload.layouts.files.sources import Content, source_name
+        from steadyload.layouts.formats import Format, write_layouts
         from steadyload.layouts.model.layout import LayoutError
 
-        kind, whole = None if self.to is None else Format(self.to), True
-        for file, target in targets.items():
-            own = [one for one in found if one.file == source_name(file)]
+        whole = True
+        for source, target in zip(sources, targets, strict=True):
+            own = [one for one in found if one.file == source_name(source)]
+            plans = [one.layout for one in own if one.layout is not None]
             if len(targets) > 1:
                 target.parent.mkdir(parents=True, exist_ok=True)
             try:
-                write_repaired(file, target, own, kind=kind, dialect=dialect)
+                if isinstance(source, Content):
+                    write_repaired(source, target, own, **reading)
+                else:
+                    write_layouts(target, plans, Format(str(self.to)))
             except LayoutError as error:
                 whole = False
                 say(f"steadyload: {error}")
-                if kind is not Format.NATIVE:
+                if self.to != Format.NATIVE:
                     native = _native(target)
-                    write_repaired(file, native, own, kind=Format.NATIVE)
+                    write_layouts(native, plans, Format.NATIVE)
                     say(f"steadyload: nothing is written to {target}; its plans are in {native}")
         return whole
 

@@ -14,6 +14,7 @@ from steadyload.layouts.files.limits import MAX_FILE_BYTES
 from steadyload.layouts.files.record import FormatError, Refused
 from steadyload.layouts.files.sources import (
     STANDARD_INPUT,
+    Content,
     File,
     Source,
     opened_source,
@@ -108,7 +109,7 @@ def plain_batch(source: Source, reading: Reading) -> LayoutBatch | None:
     dialect, deck, gap = resolved(reading)
     if gap:
         return None
-    if not isinstance(source, bytes) and (
+    if not isinstance(source, Content) and (
         not Path(source).is_file() or str(source) == STANDARD_INPUT
     ):  # it can be read only once
         return None

@@ -5,12 +5,11 @@ from __future__ import annotations
 import pickle
 import tempfile
 from collections.abc import Iterable, Iterator, Sequence
-from pathlib import Path
 from typing import Self, Unpack
 
 from steadyload.layouts.files.record import Refused
 from steadyload.layouts.files.refusals import Refusals
-from steadyload.layouts.files.sources import source_name
+from steadyload.layouts.files.sources import Source, source_name
 from steadyload.layouts.formats import Reading, scan_layouts
 from steadyload.layouts.model.batch import LayoutBatch
 from steadyload.layouts.model.layout import Layout
@@ -30,7 +29,7 @@ _PREFIX = 8
 
 
 def scan_entries(
-    files: Sequence[str | Path],
+    files: Sequence[Source],
     *,
     limit: int | None = None,
     strict: bool = False,
@@ -39,7 +38,7 @@ def scan_entries(
     """The layouts of some files, as they are read.
 
     Args:
-        files: layout files in any known format.
+        files: layout files in any known format, or the contents of such.
         limit: only the first layouts; files after them are not read.
         strict: end at the first layout that is not valid.
         reading: see :class:`steadyload.layouts.formats.Reading`.

@@ -9,6 +9,7 @@ from typing import Any, Unpack
 from steadyload.errors import WrongTypeError, required, required_list
 from steadyload.escaping import shown
 from steadyload.layouts.files.record import Refused
+from steadyload.layouts.files.sources import Source
 from steadyload.layouts.formats import Reading
 from steadyload.layouts.model.layout import Item, Layout
 from steadyload.layouts.model.naming import box_id, with_ids
@@ -85,7 +86,8 @@ def score_layouts(
         if count is not None:
             required(name, count, int, "a whole number, or None")
     named = required_list("files", files, "a list of files")
-    judges = [asked_to_stand(spec) for spec in required_list("methods", methods, "a list of methods")]
+    specs = required_list("methods", methods, "a list of methods")
+    judges = [asked_to_stand(spec) for spec in specs]
     with Entries(scan_entries(named, limit=limit, strict=strict, **reading)) as entries:
         return list(
             score_entries(
@@ -187,7 +189,7 @@ def uncertain_record(found: VerdictReliability, boxes: Sequence[Item] = ()) -> R
 
 
 def read_entries(
-    files: Sequence[str | Path], *, limit: int | None = None, **reading: Unpack[Reading]
+    files: Sequence[Source], *, limit: int | None = None, **reading: Unpack[Reading]
 ) -> list[Entry]:
     """The layouts of some files in memory, each with the name of its file.
 

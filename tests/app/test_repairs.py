@@ -12,13 +12,17 @@ import pytest
 import steadyload as sl
 from steadyload.app.checking import Answer, check
 from steadyload.app.repair_results import Outcome, counted_repairs, repair_fields
+from steadyload.app.repaired_files import write_repaired
 from steadyload.app.repairs import RepairOptions, repair, repair_all, repair_each
 from steadyload.errors import UserError
 from steadyload.layouts.files.record import Refused
+from steadyload.layouts.files.sources import Content
+from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.model.frame import Frame
 from steadyload.layouts.model.layout import TOLERANCE, LayoutError
 from steadyload.repairing.confirmed import Stopped
 from steadyload.repairing.search import Search
+from steadyload.runs.scoring import read_entries
 from steadyload.statics.bearing.crushing import first_crushed
 
 PALLET = sl.Pallet(120, 160, 80)
@@ -306,3 +310,18 @@ def test_the_pictures_of_the_docs_are_those_that_are_made_now():
     """``python docs/repair_pictures.py`` makes them anew."""
     kept = {file.name: file.read_text() for file in sorted(PICTURES["FOLDER"].glob("*"))}
     assert kept == {name: f"{svg}\n" for name, svg in PICTURES["pictures"]()}
+
+
+def test_a_file_is_written_from_the_content_that_was_read_and_from_no_path(tmp_path):
+    file, target = tmp_path / "in.csv", tmp_path / "out.csv"
+    write_layouts(file, [dataclasses.replace(LEANS, name="leans"), STANDS], Format.CSV)
+    content = Content.of(file)
+    found = repair_all(read_entries([content]), RepairOptions(method="sme"), workers=0)
+    assert [one.file for one in found] == [str(file)] * 2
+    file.unlink()
+    write_repaired(content, target, found)
+    for one, read in zip(found, sl.read(Content.of(target)), strict=True):
+        assert read.items == one.layout.items
+    with pytest.raises(LayoutError, match="is no content of a file; allowed: Content"):
+        write_repaired(target, file, found)
+    assert not file.exists()

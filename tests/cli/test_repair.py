@@ -7,6 +7,7 @@ import io
 import json
 import os
 import shutil
+import threading
 
 import pytest
 
@@ -205,6 +206,45 @@ def test_standard_input_is_repaired_into_a_named_format(run, folder, monkeypatch
         assert [item for item, _ in places(name)["early"]] == ["A", "B", "TOP"]
 
 
+def test_standard_input_and_a_pipe_keep_their_form(run, folder, monkeypatch):
+    content = native(folder / "in.json", STANDS, EARLY).read_bytes()
+    assert run("repair", "in.json", "-o", "expected.json")[0] == 0
+    monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO(content)))
+    assert run("repair", "-", "-o", "out.json")[0] == 0
+    assert (folder / "out.json").read_bytes() == (folder / "expected.json").read_bytes()
+    os.mkfifo(folder / "pipe")
+    writer = threading.Thread(target=(folder / "pipe").write_bytes, args=(content,))
+    writer.start()
+    (folder / "made").mkdir()
+    assert run("repair", "pipe", "-o", "made")[0] == 0
+    writer.join()
+    assert (folder / "made" / "pipe").read_bytes() == (folder / "expected.json").read_bytes()
+
+
+@pytest.mark.parametrize("kind", [Format.NATIVE, Format.CSV])
+def test_what_was_read_is_written_also_where_the_file_was_replaced_meanwhile(
+    run, folder, monkeypatch, kind
+):
+    def replaced(layout, options):
+        native(folder / "in", LEANS.renamed("stands"), STANDS.renamed("leans"))
+        return own(layout, options)
+
+    own = repairs._repaired
+    write_layouts(folder / "in", [STANDS, LEANS], kind)
+    assert run("repair", "in", "-o", "expected")[0] == 0
+    monkeypatch.setattr(repairs, "_repaired", replaced)
+    assert run("repair", "in", "-o", "out")[0] == 0
+    assert (folder / "out").read_bytes() == (folder / "expected").read_bytes()
+    assert run("check", "out")[0] == 0
+
+
+@pytest.mark.parametrize("words", [(), ("--overhang", "20"), ("--floor", "infinite"), ("--snap",)])
+def test_a_file_is_repaired_with_what_flags_state_of_its_deck(run, folder, words):
+    write_layouts(folder / "in.csv", [LEANS, EARLY], Format.CSV)
+    assert run("repair", "in.csv", "-o", "out.csv", *words)[0] == 0
+    assert run("check", "out.csv", *words)[0] == 0
+
+
 def test_a_search_that_ends_by_its_time_is_told(run, folder):
     native(folder / "in.json", LEANS, STANDS)
     status, out, _ = run("repair", "in.json", "-o", "out.json", "--seconds", "1e-6")
@@ -262,14 +302,21 @@ def test_several_files_go_into_a_folder_and_a_folder_takes_one(run, folder):
         (("in.json", "-o", "own.toml", "--profile", "own.toml"), "'own.toml' is read, too"),
         (("made.json.native.json", "-o", "made.json"), "'made.json.native.json' is read, too"),
         (("in.json", "more/x.json", "-o", "taken"), "--output: 'taken/in.json' is a folder"),
+        (("in.json", "in.json", "-o", "made"), "'in.json' and 'in.json' would both be written"),
+        (("in.json", "./in.json", "-o", "more"), "'in.json' and 'in.json' would both be written"),
+        (("made.json.native.json", "-o", "made.json", "--to", "csv"), "is read, too"),
         (("in.parquet", "-o", "x.parquet"), "'in.parquet' is a Parquet file, which has no text"),
-        (("-", "-o", "out.json"), "standard input has no form to write in; allowed: --to"),
+        (("table", "-o", "x"), "'table' is a Parquet file, which has no text to change; allowed"),
+        (("large.json", "-o", "x.json"), "large.json: is too large to be changed; allowed: up to"),
+        (("no.json", "-o", "x.json"), "no.json: No such file or directory"),
         (("in.json", "-o", "x.json", "--allow", "order,mve"), "allow has 'mve'; did you mean"),
         (("in.json", "-o", "x.json", "--method", "smee"), "'smee'"),
         (("in.json", "-o", "x.json", "--seconds", "0"), "--seconds: '0'; allowed: a number"),
         (("in.json", "-o", "x.json", "--shift-cm", "-1"), "--shift-cm: '-1'; allowed"),
         (("in.json", "-o", "x.json", "--json", "--csv"), "--json: not allowed with --csv"),
-        (("in.json",), "output"),
+        (("in.json",), "repair: -o OUT is needed"),
+        (("in.json", "-o"), "repair: -o has no value; allowed: -o OUT"),
+        ((), "repair: FILE is needed"),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, tuple) else "",
 )
@@ -281,7 +328,10 @@ def test_words_that_are_not_allowed_are_refused_before_anything_is_searched(
     (folder / "out.txt").write_text("kept")
     for name in ("in.json", "more/x.json", "more/in.json", "made.json.native.json"):
         native(folder / name, LEANS)
-    write_layouts(folder / "in.parquet", [LEANS], Format.PARQUET)
+    for name in ("in.parquet", "table"):
+        write_layouts(folder / name, [LEANS], Format.PARQUET)
+    shutil.copy(folder / "in.json", folder / "large.json")
+    os.truncate(folder / "large.json", 257 * 1024**2)
     (folder / "own.toml").write_text("units = 'cm'")
     (folder / "taken" / "in.json").mkdir(parents=True)
     (folder / "link.json").symlink_to("in.json")

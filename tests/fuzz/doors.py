@@ -20,6 +20,7 @@ from steadyload.app.repaired_files import write_repaired
 from steadyload.app.repairs import RepairOptions, repair_all
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.files.record import Refused
+from steadyload.layouts.files.sources import Content
 from steadyload.layouts.formats import scan_layouts
 from steadyload.layouts.writers import as_csv, as_native
 from steadyload.runs.scoring import read_entries
@@ -170,9 +171,10 @@ def failing_plans() -> list[bytes]:
 
 def repair_file(path: Path) -> Exception | None:
     """Repair the plans of a file, and write it again: what is written has all its layouts."""
-    entries, target = read_entries([path]), path.with_name("repaired")
+    source, target = Content.of(path), path.with_name("repaired")
+    entries = read_entries([source])
     found = repair_all(entries, RepairOptions(method="equilibrium", seconds=0.3), workers=0)
-    write_repaired(path, target, found)
+    write_repaired(source, target, found)
     refused = [entry.error for _, entry in entries if isinstance(entry, Refused)]
     kept = [entry.name for entry in scan_layouts(target)]
     assert kept == [entry.name for _, entry in entries], "a layout is gone"

@@ -27,6 +27,7 @@ from steadyload.layouts.files.parquet_layouts import (
 )
 from steadyload.layouts.files.parquet_rows import row_batches
 from steadyload.layouts.files.record import FormatError, Refused
+from steadyload.layouts.files.sources import Content
 from steadyload.layouts.formats import Format, read_layouts, scan_layouts, write_layouts
 from steadyload.layouts.model.batch import LayoutBatch
 from steadyload.layouts.model.floor import FloorKind
@@ -431,7 +432,7 @@ def test_it_is_not_rewritten_as_a_text(tmp_path):
     write_layouts(tmp_path / "a.parquet", layouts, Format.PARQUET)
     with pytest.raises(FormatError, match="is a Parquet file, which has no text to change; allow"):
         rewrite(
-            tmp_path / "a.parquet",
+            Content.of(tmp_path / "a.parquet"),
             tmp_path / "b.parquet",
             {layouts[0].name: Replanned(layouts[0], (0,))},
         )

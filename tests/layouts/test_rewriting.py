@@ -16,8 +16,11 @@ from hypothesis import strategies as st
 import steadyload as sl
 from steadyload.layouts import Item, Layout, LayoutError, Pallet
 from steadyload.layouts.files.dialect import Dialect
+from steadyload.layouts.files.sources import Content
 from steadyload.layouts.formats import Format, read_layouts, write_layouts
 from steadyload.layouts.rewriting import Replanned, rewrite
+from steadyload.layouts.rewriting import plans as plans_module
+from steadyload.layouts.rewriting.edits import Edit, Span
 
 DATA = Path(__file__).resolve().parents[3] / "shared" / "data"
 DIGITS = Context(prec=30)
@@ -173,11 +176,16 @@ def test_a_csv_file_in_any_dialect_reads_as_the_new_plan(
     source.write_bytes((start + text + tail).encode())
     read = read_layouts(source, dialect=dialect)
     changed = {"two": data.draw(plans(read[1]))}
-    rewrite(source, target, changed, dialect=dialect)
+    rewrite(Content.of(source), target, changed, dialect=dialect)
     assert_reads_as(target, changed, read, dialect=dialect)
     assert target.read_bytes().startswith((start + text.split(end)[0] + end).encode())
     assert_only_what_changed_is_written(source, target, read[1], changed["two"], dialect, marks)
-    rewrite(source, target, {layout.name: replan(layout) for layout in read}, dialect=dialect)
+    rewrite(
+        Content.of(source),
+        target,
+        {layout.name: replan(layout) for layout in read},
+        dialect=dialect,
+    )
     assert target.read_bytes() == source.read_bytes()
 
 
@@ -247,12 +255,12 @@ def test_cells_keep_quotes_and_spaces_and_new_decimals_have_the_mark_of_the_file
     plan, _ = read_layouts(source, dialect=MILLIMETRES)
     # The file's x, y, z are our z, x, y; 12.3 + 1e-12 is no text of a length.
     changed = {"P": replan(plan, moved={0: (12.3 + 1e-12, 0.0, 1.05), 1: (3.0, 0.0, 45.0)})}
-    rewrite(source, target, changed, dialect=MILLIMETRES)
+    rewrite(Content.of(source), target, changed, dialect=MILLIMETRES)
     expected = SHIPPED.replace('"0";0;', '"10,5";123;').replace("400; 0 ;0", "450; 30 ;0")
     assert target.read_text() == expected
     pointed = SHIPPED.replace("400;300;200;5;", "400;300.0;200;5.00;")
     source.write_text(pointed)
-    rewrite(source, target, changed, dialect=MILLIMETRES)
+    rewrite(Content.of(source), target, changed, dialect=MILLIMETRES)
     expected = pointed.replace('"0";0;', '"10.5";123;').replace("400; 0 ;0", "450; 30 ;0")
     assert target.read_text() == expected
 
@@ -262,7 +270,12 @@ def test_new_numbers_have_no_fewer_decimals_than_those_before(tmp_path):
     text = SHIPPED.replace("400; 0 ;0", "400.000;0.00;0.0")
     source.write_text(text)
     plan, _ = read_layouts(source, dialect=MILLIMETRES)
-    rewrite(source, target, {"P": replan(plan, moved={1: (2.5, 0.0, 50.0)})}, dialect=MILLIMETRES)
+    rewrite(
+        Content.of(source),
+        target,
+        {"P": replan(plan, moved={1: (2.5, 0.0, 50.0)})},
+        dialect=MILLIMETRES,
+    )
     assert target.read_text() == text.replace("400.000;0.00;0.0", "500.000;25.00;0.0")
 
 
@@ -270,7 +283,12 @@ def test_a_number_that_rounds_to_zero_has_no_sign(tmp_path):
     source, target = tmp_path / "in.csv", tmp_path / "out.csv"
     source.write_text(SHIPPED)
     plan, _ = read_layouts(source, dialect=MILLIMETRES)
-    rewrite(source, target, {"P": replan(plan, moved={1: (30.0, 0.0, -1e-9)})}, dialect=MILLIMETRES)
+    rewrite(
+        Content.of(source),
+        target,
+        {"P": replan(plan, moved={1: (30.0, 0.0, -1e-9)})},
+        dialect=MILLIMETRES,
+    )
     assert target.read_text() == SHIPPED.replace("400; 0 ;0", "0; 300 ;0")
 
 
@@ -281,9 +299,9 @@ def test_a_turned_box_beside_a_column_that_says_how_it_is_turned_is_refused(tmp_
     with pytest.raises(
         LayoutError, match=r'in.csv: layout "P": box b .*column \'Drehung\'.*allowed: .*native'
     ):
-        rewrite(source, target, {"P": replan(plan, turn={1})}, dialect=MILLIMETRES)
+        rewrite(Content.of(source), target, {"P": replan(plan, turn={1})}, dialect=MILLIMETRES)
     assert not target.exists()
-    rewrite(source, target, {"P": replan(plan, order=(1, 0))}, dialect=MILLIMETRES)
+    rewrite(Content.of(source), target, {"P": replan(plan, order=(1, 0))}, dialect=MILLIMETRES)
     rows = cells(target, ";")
     assert [row[4:6] for row in rows[1:]] == [["1", "a"], ["0", "b"], ["0", "a"]]
 
@@ -318,10 +336,10 @@ def test_a_native_file_keeps_everything_but_the_numbers_that_changed(tmp_path, s
     text = start + NATIVE.replace("\n", end)
     source.write_bytes(text.encode())
     some = read_layouts(source)
-    rewrite(source, target, {layout.name: replan(layout) for layout in some})
+    rewrite(Content.of(source), target, {layout.name: replan(layout) for layout in some})
     assert target.read_bytes() == text.encode()
     changed = {"Aé": replan(some[0], order=(2, 0, 1), moved={2: (81.25, 0.0, 7.0)}, turn={2})}
-    rewrite(source, target, changed)
+    rewrite(Content.of(source), target, changed)
     assert_reads_as(target, changed, some)
     expected = (
         text.replace('"sequence": 2, "id"', '"sequence": 0, "id"')
@@ -340,7 +358,7 @@ def test_a_box_left_out_of_a_native_file_goes_and_the_others_are_renumbered(tmp_
     some = read_layouts(source)
     kept = [step for step in (2, 0, 1) if step not in left]
     changed = {"Aé": replan(some[0], order=sorted(kept))}
-    rewrite(source, target, changed)
+    rewrite(Content.of(source), target, changed)
     assert_reads_as(target, changed, some)
     before, after = texts(source), texts(target)
     items = before["layouts"][0]["items"]
@@ -371,10 +389,10 @@ def test_a_job_keeps_its_other_fields_and_the_order_of_its_items(tmp_path, count
     content = JOB | {"ulds": JOB["ulds"][:count]}
     source.write_text(json.dumps(content, indent=3))
     some = read_layouts(source)
-    rewrite(source, target, {some[-1].name: replan(some[-1])})
+    rewrite(Content.of(source), target, {some[-1].name: replan(some[-1])})
     assert target.read_bytes() == source.read_bytes()
     plan = replan(some[-1], order=(2, 1), moved={1: (55.125, 1.0, 0.5)}, turn={1})
-    rewrite(source, target, {some[-1].name: plan})
+    rewrite(Content.of(source), target, {some[-1].name: plan})
     assert_reads_as(target, {some[-1].name: plan}, some)
     expected = texts(source)
     one, _, two = expected["ulds"][-1]["placedItems"]
@@ -436,11 +454,11 @@ def test_a_schedule_lists_pieces_in_the_new_order(tmp_path, end):
     text = BLOCK.replace("\n", end)
     source.write_bytes(text.encode())
     some = read_layouts(source)
-    rewrite(source, target, {layout.name: replan(layout) for layout in some})
+    rewrite(Content.of(source), target, {layout.name: replan(layout) for layout in some})
     assert target.read_bytes() == text.encode()
     plan = replan(some[0], order=(2, 0, 1), moved={2: (162.5, 0.0, 10.0)}, turn={2})
     changed = {"X1/pmc_F_ld-14": plan}
-    rewrite(source, target, changed)
+    rewrite(Content.of(source), target, changed)
     assert_reads_as(target, changed, some)
     expected = yaml.safe_load(text)
     loaded = expected["segments"]["X1"]["built_ulds"]["pmc_F_ld-14"]["loaded"]
@@ -457,7 +475,7 @@ def test_a_piece_left_out_is_an_offload(tmp_path, offloads, left):
     source.write_text(BLOCK.replace("\n      p9: 4", offloads))
     some = read_layouts(source)
     changed = {some[0].name: replan(some[0], order=[k for k in range(3) if k not in left])}
-    rewrite(source, target, changed)
+    rewrite(Content.of(source), target, changed)
     assert_reads_as(target, changed, some)
     expected = yaml.safe_load(source.read_text())
     segment = expected["segments"]["X1"]
@@ -496,11 +514,16 @@ def test_a_certificate_states_moved_turned_and_missing_boxes(tmp_path, units):
     dialect = Dialect(units=units)
     cm = {"mm": 0.1, "cm": 1.0, "in": 2.54}[units]
     some = read_layouts(source, dialect=dialect)
-    rewrite(source, target, {layout.name: replan(layout) for layout in some}, dialect=dialect)
+    rewrite(
+        Content.of(source),
+        target,
+        {layout.name: replan(layout) for layout in some},
+        dialect=dialect,
+    )
     assert target.read_bytes() == source.read_bytes()
     moved = {1: (50 * cm, 0.0, 40 * cm), 2: (1 * cm, 40 * cm, 0.0)}
     changed = both(replan(some[0], moved=moved, turn={0, 1, 2}))
-    rewrite(source, target, changed, dialect=dialect)
+    rewrite(Content.of(source), target, changed, dialect=dialect)
     assert_reads_as(target, changed, some, dialect=dialect)
     assert target.read_text() == CERTIFICATE.replace(
         "0,0,0,20,30,40,YZX", "0,0,0,30,20,40,ZYX"
@@ -508,7 +531,7 @@ def test_a_certificate_states_moved_turned_and_missing_boxes(tmp_path, units):
         "0,0,40,20,30,40,\n", "0,1,40,30,20,40,\n"
     )
     changed = both(replan(some[0], order=(0, 1)))
-    rewrite(source, target, changed, dialect=dialect)
+    rewrite(Content.of(source), target, changed, dialect=dialect)
     assert_reads_as(target, changed, some, dialect=dialect)
     assert target.read_text() == CERTIFICATE.replace("ITEM,0,1,0,0,0,40,20,30,40,\n", "")
 
@@ -529,7 +552,7 @@ def test_codes_of_rotation_are_those_of_the_solver(tmp_path):
     for code, (x, y, z) in sides.items():
         source.write_text(CERTIFICATE.replace("0,0,0,20,30,40,ZXY", f"0,0,0,{x},{y},{z},{code}"))
         last = read_layouts(source)[-1]
-        rewrite(source, target, {last.name: replan(last, turn={0})})
+        rewrite(Content.of(source), target, {last.name: replan(last, turn={0})})
         *_, lx, ly, lz, new = cells(target, ",")[-1]
         assert [lx, ly, lz] == [y, x, z] == sides[new]
 
@@ -549,7 +572,7 @@ def test_what_a_certificate_cannot_state_is_refused(tmp_path, text, how, message
     source.write_text(text)
     plan = replan(read_layouts(source)[0], **how)
     with pytest.raises(LayoutError, match=message) as caught:
-        rewrite(source, target, both(plan))
+        rewrite(Content.of(source), target, both(plan))
     assert str(caught.value).startswith(f"{source}: layout")
     assert not target.exists()
 
@@ -561,7 +584,7 @@ def test_copies_of_a_bin_change_alike(tmp_path):
     plan, other = replan(first, turn={0}), replan(second, turn={1})
     for changed in ({"bin 0": plan}, {"bin 0": plan, "bin 0 copy 1": other}):
         with pytest.raises(LayoutError, match=r"2 copies.*allowed: all changed alike, or native"):
-            rewrite(source, target, changed)
+            rewrite(Content.of(source), target, changed)
     assert not target.exists()
 
 
@@ -610,12 +633,12 @@ def test_a_result_of_packvium_stays_one(tmp_path, packed, unit):
     source.write_text(json.dumps(result.to_dict(unit), indent=2))
     assert not faults(request, source)
     [plan] = read_layouts(source)
-    rewrite(source, target, {plan.name: replan(plan)})
+    rewrite(Content.of(source), target, {plan.name: replan(plan)})
     assert target.read_bytes() == source.read_bytes()
     second = plan.items[1]
     away = (80.0 - second.size[2], 0.0, 100.0 - second.size[0])
     changed = {plan.name: replan(plan, moved={1: away}, turn={1})}
-    rewrite(source, target, changed)
+    rewrite(Content.of(source), target, changed)
     assert_reads_as(target, changed)
     # Weights and forces are Packvium's to measure again; the plan itself is right.
     assert faults(request, target) == {"centre_of_mass_mismatch"}
@@ -636,7 +659,7 @@ def test_a_box_left_out_of_a_result_of_packvium_is_unpacked(tmp_path, packed):
     source.write_text(json.dumps(result.to_dict("in", "lb"), indent=2))
     [plan] = read_layouts(source)
     changed = {plan.name: replan(plan, order=(0,))}
-    rewrite(source, target, changed)
+    rewrite(Content.of(source), target, changed)
     assert_reads_as(target, changed)
     after = json.loads(target.read_text())
     unpacked = [*unpacked, plan.items[1].name]
@@ -658,14 +681,56 @@ def test_a_name_or_an_origin_that_there_is_not_is_refused(tmp_path):
     source.write_text(SHIPPED)
     plan, _ = read_layouts(source, dialect=MILLIMETRES)
     with pytest.raises(LayoutError, match="has no layout 'R' to change; allowed: P, Q"):
-        rewrite(source, target, {"R": replan(plan)}, dialect=MILLIMETRES)
+        rewrite(Content.of(source), target, {"R": replan(plan)}, dialect=MILLIMETRES)
     with pytest.raises(LayoutError, match="has the origin 7; allowed: 0 to 1"):
-        rewrite(source, target, {"P": Replanned(plan, (0, 7))}, dialect=MILLIMETRES)
+        rewrite(Content.of(source), target, {"P": Replanned(plan, (0, 7))}, dialect=MILLIMETRES)
     with pytest.raises(LayoutError, match=r"has the origins \(0, 0\); allowed: for each of its 2"):
         Replanned(plan, (0, 0))
     with pytest.raises(LayoutError, match=r"box a .*: would be read back with another id; "):
-        rewrite(source, target, {"P": Replanned(plan, (1, 0))}, dialect=MILLIMETRES)
+        rewrite(Content.of(source), target, {"P": Replanned(plan, (1, 0))}, dialect=MILLIMETRES)
     assert not target.exists()
+
+
+def test_what_the_judge_saw_beside_places_is_compared_too(tmp_path):
+    """A load that a box may bear, or a pallet, that the file does not state."""
+    source, target = tmp_path / "in.csv", tmp_path / "out.csv"
+    source.write_text(SHIPPED)
+    plan, _ = read_layouts(source, dialect=MILLIMETRES)
+    higher = replace(plan.pallet, height=plan.pallet.height + 1.0)
+    for other, told in (
+        (plan.bearing((None, 7.5)), r"box b \(step 1\): .*another max_load; allowed: "),
+        (plan.on("deck"), "another pallet; allowed: "),
+        (Layout("P", higher, plan.items), "another pallet; allowed: "),
+    ):
+        with pytest.raises(LayoutError, match=told):
+            rewrite(Content.of(source), target, {"P": replan(other)}, dialect=MILLIMETRES)
+    changed = {"P": replan(plan.on("deck"))}
+    rewrite(Content.of(source), target, changed, dialect=MILLIMETRES, floor="deck")
+    assert target.read_text() == SHIPPED
+
+
+def test_a_plan_that_an_edit_changes_by_mistake_is_refused(tmp_path, monkeypatch):
+    def one_more(text, *others):
+        at = text.index("Q;1200;800;1500;0;a;0;0;0;") + len("Q;1200;800;1500;0;a;")
+        return [*edits(text, *others), Edit(Span(at, at + 1), "5")]
+
+    edits = plans_module._edits
+    source, target = tmp_path / "in.csv", tmp_path / "out.csv"
+    source.write_text(SHIPPED)
+    plan, _ = read_layouts(source, dialect=MILLIMETRES)
+    monkeypatch.setattr(plans_module, "_edits", one_more)
+    with pytest.raises(LayoutError, match=r'layout "Q": box a \(step 0\): .* another place'):
+        rewrite(Content.of(source), target, {"P": replan(plan, order=(1, 0))}, dialect=MILLIMETRES)
+    assert not target.exists()
+
+
+def test_bytes_are_copied_where_no_plan_changed(tmp_path):
+    """Also those that are no text, and that no reader takes."""
+    source, target = tmp_path / "in", tmp_path / "out"
+    for content in (b"PAR1 and so on", b"\0", b"", b"layout,x\n"):
+        source.write_bytes(content)
+        rewrite(Content.of(source), target, {})
+        assert target.read_bytes() == content
 
 
 def test_another_centre_of_mass_or_weight_is_refused(tmp_path):
@@ -674,11 +739,11 @@ def test_another_centre_of_mass_or_weight_is_refused(tmp_path):
     plan, _ = read_layouts(source, dialect=MILLIMETRES)
     heavy = replan(plan.with_mass_offsets([[1.0, 0.0, 0.0], [0.0, 0.0, 0.0]]))
     with pytest.raises(LayoutError, match=r"box a \(1st\): .*another centre of mass; allowed: "):
-        rewrite(source, target, {"P": heavy}, dialect=MILLIMETRES)
+        rewrite(Content.of(source), target, {"P": heavy}, dialect=MILLIMETRES)
     first, second = plan.items
     lighter = Layout("P", plan.pallet, (first, replace(second, weight=4.0)))
     with pytest.raises(LayoutError, match=r"box b \(2nd\): .*another weight; allowed: "):
-        rewrite(source, target, {"P": Replanned(lighter, (0, 1))}, dialect=MILLIMETRES)
+        rewrite(Content.of(source), target, {"P": Replanned(lighter, (0, 1))}, dialect=MILLIMETRES)
     assert not target.exists()
 
 
@@ -689,7 +754,7 @@ def test_a_layout_that_is_not_valid_stays_as_it_is(tmp_path):
     whole = tmp_path / "whole.csv"
     whole.write_text(SHIPPED)
     plan, _ = read_layouts(whole, dialect=MILLIMETRES)
-    rewrite(source, target, {"P": replan(plan, order=(1, 0))}, dialect=MILLIMETRES)
+    rewrite(Content.of(source), target, {"P": replan(plan, order=(1, 0))}, dialect=MILLIMETRES)
     assert target.read_text() == text.replace('1500;0;a;"0"', '1500;1;a;"0"').replace(
         "1500;1;b", "1500;0;b"
     )
@@ -705,7 +770,7 @@ def test_a_real_pallet_is_changed_in_every_format(tmp_path, kind):
     write_layouts(source, real, kind)
     count = len(real[1])
     plan = replan(real[1], order=[*range(count - 1, -1, -1)][: count - 2])
-    rewrite(source, target, {real[1].name: plan})
+    rewrite(Content.of(source), target, {real[1].name: plan})
     assert_reads_as(target, {real[1].name: plan}, real)
     other = tmp_path / "other"
     write_layouts(other, [real[0], plan.layout, real[2]], kind)
@@ -718,11 +783,11 @@ def test_a_real_schedule_is_changed(tmp_path):
         pytest.skip("needs the schedules of shared data")
     some = read_layouts(schedule)
     target = tmp_path / "out.yaml"
-    rewrite(schedule, target, {layout.name: replan(layout) for layout in some})
+    rewrite(Content.of(schedule), target, {layout.name: replan(layout) for layout in some})
     assert target.read_bytes() == schedule.read_bytes()
     largest = max(some, key=len)
     changed = {largest.name: replan(largest, order=range(len(largest) - 1, 0, -1))}
-    rewrite(schedule, target, changed)
+    rewrite(Content.of(schedule), target, changed)
     assert_reads_as(target, changed, some)
     lines = [sorted(path.read_bytes().split(b"\r\n")) for path in (schedule, target)]
     assert len(lines[0]) - len(lines[1]) in (7, 8)

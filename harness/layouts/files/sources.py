@@ -6,9 +6,10 @@ import io
 import sys
 from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, field
 from os import PathLike
 from pathlib import Path
-from typing import BinaryIO
+from typing import BinaryIO, Self
 
 from steadyload.errors import UserError, required
 from steadyload.escaping import sentence
@@ -21,11 +22,8 @@ _CHUNK = 1024**2
 STANDARD_INPUT = "-"
 """Stands for standard input where a file is named."""
 
-File = str | PathLike[str] | bytes | BinaryIO
-"""What is read: a path, bytes, or a file that is open to be read as bytes."""
-
-Source = str | Path | bytes
-"""A path, or the content of a file."""
+_GIVEN = "the given bytes"
+"""Name of a content without a file, in messages."""
 
 
 class _NamingError(OSError, UserError):
@@ -49,6 +47,51 @@ def distinct_names(files: Iterable[str]) -> dict[str, str]:
     return names if len(set(names.values())) == len(names) else {file: file for file in names}
 
 
+@dataclass(frozen=True)
+class Content:
+    """All bytes of a file, which stay the same when the file changes or was a pipe.
+
+    Layouts are read from it as from the path of a file.
+
+    Args:
+        path: of the file, or its name in messages; ``-`` for standard input.
+        data: the bytes.
+    """
+
+    path: str
+    data: bytes = field(repr=False)
+
+    @classmethod
+    def of(cls, path: str | Path) -> Self:
+        """The content of a file, a pipe or standard input.
+
+        Raises:
+            FormatError: it has more than :data:`MAX_FILE_BYTES`.
+            MissingFileError: as :func:`opened_source`, as all that follow.
+            FolderError: likewise.
+            OSError: likewise.
+        """
+        with opened_source(path) as file:
+            large = size_of(file) > MAX_FILE_BYTES
+            data = b"" if large else file.read(MAX_FILE_BYTES + 1)
+        if large or len(data) > MAX_FILE_BYTES:
+            raise FormatError(
+                "is too large to be changed; allowed: up to "
+                f"{MAX_FILE_BYTES // 1024**2} MiB, or another format for the changed plans"
+            ).located(file=source_name(path))
+        return cls(str(path), data)
+
+    def __str__(self) -> str:
+        return self.path
+
+
+File = str | PathLike[str] | bytes | BinaryIO | Content
+"""What a caller may give to be read: a path, bytes, or a file that is open to be read as bytes."""
+
+Source = str | Path | Content
+"""What layouts are read from: the path of a file, ``-`` for standard input, or bytes."""
+
+
 def source_of(given: File) -> Source:
     """What a caller gave to be read, as what can be read more than once: a path, or bytes.
 
@@ -60,22 +103,22 @@ def source_of(given: File) -> Source:
         WrongTypeError: it is nothing of these.
         FormatError: a file that is open has more bytes than are read.
     """
-    if isinstance(given, str | PathLike):
-        return given if isinstance(given, str) else Path(given)
+    if isinstance(given, str | Content):
+        return given
+    if isinstance(given, PathLike):
+        return Path(given)
     if isinstance(given, bytes | bytearray | memoryview):
-        return bytes(given)
+        return Content(_GIVEN, bytes(given))
     content = given.read(MAX_FILE_BYTES + 1) if hasattr(given, "read") else given
     allowed = "a path, bytes, or a file opened to be read as bytes"
     found = required("the file to read", content, bytes, allowed)
     if len(found) > MAX_FILE_BYTES:
         raise _too_large(MAX_FILE_BYTES)
-    return found
+    return Content(_GIVEN, found)
 
 
 def source_name(source: Source) -> str:
     """The name of a file for a message."""
-    if isinstance(source, bytes):
-        return "the given bytes"
     return "standard input" if str(source) == STANDARD_INPUT else str(source)
 
 
@@ -88,8 +131,8 @@ def opened_source(path: Source) -> Iterator[BinaryIO]:
         FolderError: it is a folder.
         OSError: it cannot be read.
     """
-    if isinstance(path, bytes):
-        yield io.BytesIO(path)
+    if isinstance(path, Content):
+        yield io.BytesIO(path.data)
         return
     if str(path) == STANDARD_INPUT:
         yield sys.stdin.buffer
