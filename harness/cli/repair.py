@@ -178,7 +178,7 @@ class Repair(Files):
         return own.name if self.to is None else own.stem + _ENDINGS[self.to]
 
     def _sources(self) -> Sequence[Path | Content]:
-        """What the plans are read from: where the form of the files is kept, their bytes.
+        """The files that plans are read from; where their form is kept, the bytes of them.
 
         Raises:
             UsageError: the form of a file cannot be written.
