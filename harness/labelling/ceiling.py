@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from steadyload.layouts.benchmark.confidence import ENSEMBLE, Reason
 from steadyload.layouts.benchmark.dataset import KEYS
 from steadyload.layouts.model.question import Question
+from steadyload.layouts.model.scenarios import in_usual_order
 from steadyload.reports.columns import column, percent, row
 from steadyload.runs.accuracy import accuracy_of
 from steadyload.runs.evaluation import ALL, in_group
@@ -136,7 +137,7 @@ def label_ceiling(
     table = table.mask(table == _STABLE, labels["item_count"].astype(float), axis=0)
     label = items_placed_by_case(labels["failing_step"], labels["item_count"]).to_numpy(float)
     lists = item_lists(labels)
-    scenarios = tuple(labels.index.unique("scenario"))
+    scenarios = in_usual_order(labels.index.unique("scenario"))
     masks = {group: in_group(labels.index, group) for group in (ALL, *scenarios)}
     return Ceiling(
         by_group={

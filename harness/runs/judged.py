@@ -14,7 +14,7 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from steadyload.layouts.model.question import Question, question_named
-from steadyload.layouts.model.scenarios import Scenario
+from steadyload.layouts.model.scenarios import in_usual_order
 from steadyload.layouts.sizes import MOST_SMALL
 from steadyload.methods.contract.spec import parse_spec
 from steadyload.methods.naming import MethodKey, named
@@ -66,9 +66,7 @@ class JudgedCases:
     @property
     def scenarios(self) -> tuple[str, ...]:
         """Scenarios of the cases, in their usual order."""
-        order = {str(s): k for k, s in enumerate(Scenario)}
-        found = {str(s) for s in self.said.index.get_level_values("scenario")}
-        return tuple(sorted(found, key=lambda s: (order.get(s, -1), s)))
+        return in_usual_order(map(str, self.said.index.get_level_values("scenario")))
 
     @property
     def screens(self) -> tuple[str, ...]:

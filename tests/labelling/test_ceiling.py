@@ -54,6 +54,13 @@ def judged():
     return labels, benchmark.opinions
 
 
+def test_scenarios_have_their_usual_order_whatever_the_order_of_the_cases(judged):
+    labels, opinions = judged
+    orders = labels, labels[::-1], labels.sort_values("instance")
+    found = [list(label_ceiling(each, opinions).by_group) for each in orders]
+    assert found == [["all", "S1", "S2a", "S2b"]] * 3
+
+
 def test_against_the_label_it_is_the_mean_confidence(judged):
     labels, opinions = judged
     ceiling = label_ceiling(labels, opinions)

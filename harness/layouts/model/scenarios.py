@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from enum import StrEnum
 
 import numpy as np
@@ -22,6 +23,12 @@ class Scenario(StrEnum):
     S1 = "S1"
     S2A = "S2a"
     S2B = "S2b"
+
+
+def in_usual_order(names: Iterable[str]) -> tuple[str, ...]:
+    """Names of scenarios, each once: those that are none of the paper's first."""
+    order = {str(s): k for k, s in enumerate(Scenario)}
+    return tuple(sorted(set(names), key=lambda name: (order.get(name, -1), name)))
 
 
 _ALONG_DEPTH = 2
