@@ -188,7 +188,6 @@ def bind(
 
     Fields may be texts, truth values, numbers, paths, enumerations, dataclasses, tuples, lists,
     sets and mappings of these, and optional. Ranges, choices and readers of :func:`option` hold.
-    A number of type ``float | int`` stays as it is stated; keys of kept rows depend on that.
 
     Args:
         cls: a dataclass.
@@ -284,8 +283,7 @@ class _Field:
         if origin is None:
             if stated is None and NoneType in get_args(kind):
                 return None
-            value = self.value(inner[0], stated)
-            return stated if inner == (float, int) else value
+            return self.value(inner[0], stated)
         if self.metadata.get(READ) is not None and not inner:
             return self._read(kind, stated)
         if origin in (tuple, list, frozenset):

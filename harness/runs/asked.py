@@ -6,6 +6,7 @@ This module imports neither what judges nor what stores, so that help on a comma
 from __future__ import annotations
 
 import dataclasses
+import re
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -42,7 +43,7 @@ def asked(word: str = "", *, said: Callable[[Any], Any] | None = None) -> Any:
         word: in the place of the field's name; empty for that.
         said: makes what the key holds of the value, which JSON can hold; None for all of it.
     """
-    return field(metadata={_WORD: word, _SAID: said or _plain})
+    return field(metadata={_WORD: word, _SAID: said})
 
 
 @dataclass_transform(frozen_default=True, field_specifiers=(asked,))
@@ -70,8 +71,10 @@ class Keyed:
 
         own = {}
         for one in dataclasses.fields(self):  # type: ignore[arg-type]
-            said = one.metadata.get(_SAID, _plain)
-            own[one.metadata.get(_WORD) or one.name] = said(getattr(self, one.name))
+            value, said = getattr(self, one.name), one.metadata.get(_SAID)
+            own[one.metadata.get(_WORD) or one.name] = (
+                said(value) if said else _of_field(one, value)
+            )
         return self.prefix + key_of({**self.stated, **own})
 
     def describe(self, part: int) -> str:
@@ -131,16 +134,30 @@ def _values(unit: Any) -> dict[str, Any]:
     return {one.name: getattr(unit, one.name) for one in dataclasses.fields(unit)}
 
 
-def _plain(value: Any) -> Any:
-    """A value as JSON can hold it; of a layout the hash of its content."""
+def _of_field(one: dataclasses.Field[Any], value: Any) -> Any:
+    """The value of a field as JSON can hold it; 20 and 20.0 are the same number in it."""
+    kinds = [kind for kind in (int, float) if re.search(rf"\b{kind.__name__}\b", str(one.type))]
+    return _plain(value, kinds[0] if len(kinds) == 1 else None)
+
+
+def _plain(value: Any, kind: type[float] | None) -> Any:
+    """A value as JSON can hold it; of a layout the hash of its content.
+
+    Args:
+        value: any.
+        kind: of the numbers in it; None leaves them as they are.
+    """
     if hasattr(value, "content_hash"):
         return value.content_hash()
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        return _plain(_values(value))
+        own = dataclasses.fields(value)
+        return {one.name: _of_field(one, getattr(value, one.name)) for one in own}
     if isinstance(value, Mapping):
-        return {key: _plain(inner) for key, inner in value.items()}
+        return {key: _plain(inner, kind) for key, inner in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(inner) for inner in value]
+        return [_plain(inner, kind) for inner in value]
+    if kind is not None and type(value) in (int, float) and kind(value) == value:
+        return kind(value)
     return str(value) if isinstance(value, Path) else value
 
 

@@ -79,7 +79,7 @@ class StudyDefinition:
     snap_gap: float = option(
         0.0, "vertical gaps to close when reading", unit="cm", least=0, most=1e6
     )
-    overhang: float | int | None = option(
+    overhang: float | None = option(
         None, "how far items may stand out over the edges of the deck; None for what a file "
         "states, or else 10", unit="cm", least=0, most=1e5,
     )  # fmt: skip
@@ -91,7 +91,7 @@ class StudyDefinition:
         None, "cases a unit of work; None for 12 to 100 by the number of cases, and 20,000 where "
         "methods judge batches", least=1,
     )  # fmt: skip
-    timeout: float | int | None = option(
+    timeout: float | None = option(
         None, "CPU time that a judgement may take; None for no limit", unit="s"
     )
     benchmark: Part | str | None = option(
@@ -115,7 +115,10 @@ class StudyDefinition:
         if tuple(map(str, self.made)) != self.methods:
             object.__setattr__(self, "made", tuple(map(make_method, self.methods)))
         object.__setattr__(self, "methods", tuple(map(str, self.made)))
-        seconds_allowed(self.timeout)
+        # Keys of kept rows do not depend on whether 20 or 20.0 is stated.
+        object.__setattr__(self, "timeout", seconds_allowed(self.timeout))
+        if self.overhang is not None:
+            object.__setattr__(self, "overhang", float(self.overhang))
         if self.benchmark is None:
             if self.benchmark_directory is not None:
                 raise StudyError('benchmark_directory needs a part: benchmark = "test"')

@@ -77,6 +77,9 @@ class Sampling:
 
     def __post_init__(self) -> None:
         check_ranges(self)
+        for name, kind in (("half_width", float), ("decide", float), ("most", int), ("seed", int)):
+            if (value := getattr(self, name)) is not None:  # keys of kept rows hold its repr
+                object.__setattr__(self, name, kind(value))
 
     @property
     def looks(self) -> tuple[int, ...]:

@@ -49,12 +49,12 @@ class PlannedTraining:
     data: tuple[str, ...] = (BENCHMARK,)
     seeds: tuple[int, ...] = option((0,), "one training each", least=0, fewest=1)
     members: int = option(1, "networks", least=0)
-    left_out: float | int = option(0.0, "share of item lists", least=0)
+    left_out: float = option(0.0, "share of item lists", least=0)
     limit: int | None = option(None, "cases a scenario", least=0)
     lists: int | None = option(None, "item lists", least=0)
     start: str = ""
     leaky: bool = False
-    budget: float | int = option(86400.0, "of wall time", unit="s", least=0)
+    budget: float = option(86400.0, "of wall time", unit="s", least=0)
 
     def of_job(self) -> dict[str, Any]:
         """The arguments of a :class:`steadyload.learners.jobs.TrainingJob` that it states."""

@@ -490,6 +490,37 @@ def test_every_field_and_constant_of_what_is_asked_is_in_its_key(name, monkeypat
     assert len({key, *others.values()}) == len(others) + 1
 
 
+def respelled(value):
+    """The same value with whole numbers as floats, and floats that are whole as whole numbers."""
+    if isinstance(value, bool) or hasattr(value, "content_hash"):
+        return value
+    if isinstance(value, int):
+        return float(value)
+    if isinstance(value, float) and value.is_integer():
+        return int(value)
+    if isinstance(value, tuple):
+        return tuple(map(respelled, value))
+    if isinstance(value, Mapping):
+        return {key: respelled(inner) for key, inner in value.items()}
+    if dataclasses.is_dataclass(value):
+        own = {f.name: respelled(getattr(value, f.name)) for f in dataclasses.fields(value)}
+        return replace(value, **own)
+    return value
+
+
+@pytest.mark.parametrize("name", asked_classes())
+def test_a_number_has_the_same_key_as_a_float_and_as_a_whole_number(name):
+    asked, *_ = ASKED.get(asked_classes()[name]) or (made_of(asked_classes()[name]),)
+    assert respelled(asked).key == asked.key
+
+
+def test_a_time_limit_has_the_same_key_as_a_float_and_as_a_whole_number():
+    study = StudyDefinition("one", ("sme",), timeout=20.0)
+    whole = replace(study, timeout=20)
+    assert of_a_study(whole).key == of_a_study(study).key
+    assert of_a_block(whole).key == of_a_block(study).key
+
+
 @pytest.mark.parametrize("name", MADE_WITH_KEY)
 def test_a_unit_that_differs_has_another_key(name):
     (_, first), *others = MADE_WITH_KEY[name]()

@@ -12,7 +12,6 @@ import numpy as np
 from steadyload.engines.errors import EngineError
 from steadyload.engines.registry import capabilities, engines, package_versions, world_class
 from steadyload.engines.world import Box, WorldSettings
-from steadyload.measured.bodies import Vector
 from steadyload.measured.derived import face_down
 from steadyload.measured.deviations import before_impacts, deviation, distances
 from steadyload.measured.errors import MotionError
@@ -50,7 +49,7 @@ class Taken:
 
     first_frame: bool = False
     uniform: bool = False
-    offset: Vector = CENTRED
+    offset: tuple[float, float, float] = CENTRED
     scale: float = 1.0
 
     def record(self, trial: Trial) -> Trial:

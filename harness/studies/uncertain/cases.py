@@ -49,7 +49,7 @@ class Question:
 
 def _said(question: Question) -> list[Any]:
     uncertainty = str(parse_uncertainty(question.uncertainty))
-    return [question.method, uncertainty, repr(question.sampling), question.random]
+    return [question.method, uncertainty, repr(question.sampling), int(question.random)]
 
 
 class Unit(AskedCases, question="certainty"):
