@@ -83,6 +83,9 @@ _COPIES = (LAYOUTS_FILE, COLUMNS_FILE)
 _FRESH = tuple(f".{name}" for name in _COPIES)
 """Names of the copy of the layouts until it is complete."""
 
+_MADE = ("git", "versions", "machine", "started", "finished")
+"""Entries of a manifest on when its verdicts were made, and with what."""
+
 _SINGLE_FILES = (*_FRESH, "manifest.json", LABELS_FILE)
 
 
@@ -178,6 +181,9 @@ def _run(
     row_survey = rows.survey(study_units(study, passing.judged(cases), singly, size), rerun=rerun)
     survey = block_survey | row_survey
     manifest = _manifest(study, material, passing, survey)
+    if not survey.missing and (directory / "manifest.json").exists():
+        found = load_manifest(directory)  # no verdict is of the present code or machine
+        manifest |= {name: found[name] for name in _MADE if name in found}
     manifest |= {"cases_a_unit": size, "files": {name: checksum_of(fresh)}}
     if labels is not None:
         manifest["files"][LABELS_FILE] = checksum(labels)
@@ -192,7 +198,7 @@ def _run(
         raise
     for key in survey.missing:
         rows.drop(key)
-    _write_manifest(directory, manifest)
+    _write_manifest(directory, {**manifest, "finished": None})
     fresh.replace(kept)
     if labels is None:  # an earlier run may have had some
         (directory / LABELS_FILE).unlink(missing_ok=True)
@@ -220,7 +226,7 @@ def _run(
     if singly:
         units = study_units(study, material.cases(kept), singly, size)
         complete(rows, units, row_survey, **by_row)
-    _write_manifest(directory, {**manifest, "finished": _now()})
+    _write_manifest(directory, {**manifest, "finished": manifest["finished"] or _now()})
     return computed
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from steadyload.atomic import checksum
+from steadyload.atomic import checksum, manifest_text
 from steadyload.cli import main
 from steadyload.layouts.benchmark import BenchmarkError, load_benchmark
 from steadyload.layouts.benchmark.build import BuildOptions, build
@@ -135,6 +135,11 @@ def test_a_second_run_is_finished_and_new_labels_reach_the_folder(
     run, study, labelled_set, tmp_path
 ):
     mine = shutil.copytree(run, tmp_path / "run")
+    made = {
+        "git": "0123456789ab", "versions": {"numpy": "1.0"}, "machine": "another",
+        "started": "2020-01-01T00:00:00+00:00", "finished": "2020-01-01T00:00:05+00:00",
+    }  # fmt: skip
+    (mine / "manifest.json").write_text(manifest_text(load_manifest(mine) | made))
     before = (mine / "manifest.json").read_bytes()
     assert run_study(study, mine) == 0
     assert (mine / "manifest.json").read_bytes() == before
@@ -144,9 +149,12 @@ def test_a_second_run_is_finished_and_new_labels_reach_the_folder(
     changed = dataclasses.replace(study, benchmark_directory=tmp_path / "other")
     assert run_study(changed, mine) == 0  # verdicts do not depend on labels
     assert load_labels(mine)["failing_step"].notna().all()
-    assert load_manifest(mine)["finished"]
+    again = load_manifest(mine)
+    assert again["labels"] != json.loads(before)["labels"]
+    assert {name: again[name] for name in made} == made, "all verdicts are kept ones"
     plain = StudyDefinition("labelled", ("fbs",), generated=2)
     assert run_study(plain, mine) == 2
+    assert load_manifest(mine)["machine"] != "another"
     assert not (mine / "labels.parquet").exists()
     assert evaluate(mine).labelled is None
     assert evaluate(mine).methods[0].accuracy.n == 0
