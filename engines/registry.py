@@ -11,7 +11,8 @@ import importlib
 import importlib.metadata
 import platform
 import sys
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable, Iterator, Mapping
+from contextvars import ContextVar
 from dataclasses import dataclass
 from functools import cache
 
@@ -94,6 +95,29 @@ ENGINES: dict[str, EngineEntry] = {
 }
 
 
+_ROWS: ContextVar[tuple[Collection[str], Mapping[str, str]] | None] = ContextVar(
+    "engines of rows", default=None
+)
+
+
+@contextlib.contextmanager
+def engines_of_rows(names: Collection[str], versions: Mapping[str, str]) -> Iterator[None]:
+    """Let the engines that kept rows were made on take the place of those that are installed here.
+
+    Studies then compare these engines, and a package that is not installed has the version that the
+    rows were made with, so that their keys are found. Nothing can be simulated by it.
+
+    Args:
+        names: of the engines.
+        versions: of packages, by name.
+    """
+    before = _ROWS.set((names, versions))
+    try:
+        yield
+    finally:
+        _ROWS.reset(before)
+
+
 def engines() -> dict[str, EngineEntry]:
     """All engines by name, with the optional ones and those of other distributions."""
     return _from_other_distributions() | ENGINES
@@ -120,15 +144,22 @@ def engine_names() -> tuple[str, ...]:
 def engines_here() -> tuple[str, ...]:
     """Names of the engines that studies compare: with the optional ones that are installed.
 
-    Those that only check others are not among them.
+    Those that only check others are not among them. Inside of :func:`engines_of_rows` they are the
+    engines of the rows.
     """
-    usual = engine_names()
-    return tuple(name for name, entry in engines().items() if name in usual or _joins(entry))
+    return tuple(name for name in usable_engines() if not engines()[name].check_only)
 
 
-def _joins(entry: EngineEntry) -> bool:
-    """Whether an optional engine takes part where all are compared."""
-    return entry.optional and not entry.check_only and not _missing(entry)
+def usable_engines() -> tuple[str, ...]:
+    """Names of the engines that rows can be made on: :func:`engines_here`, and installed ones that
+    only check others.
+
+    Inside of :func:`engines_of_rows` they are the engines of the rows.
+    """
+    usual = engine_names() if _ROWS.get() is None else ()
+    return tuple(
+        name for name, entry in engines().items() if name in usual or not _missing(name, entry)
+    )
 
 
 def missing_packages(name: str) -> tuple[str, ...]:
@@ -137,10 +168,18 @@ def missing_packages(name: str) -> tuple[str, ...]:
     Raises:
         KeyError: no engine of that name.
     """
-    return _missing(engines()[name])
+    return _missing(name, engines()[name])
 
 
-def _missing(entry: EngineEntry) -> tuple[str, ...]:
+def _missing(name: str, entry: EngineEntry) -> tuple[str, ...]:
+    """Packages that are not installed; of an engine of rows none, of any other all."""
+    rows = _ROWS.get()
+    if rows is not None:
+        return () if name in rows[0] else entry.packages or (name,)
+    return _not_installed(entry)
+
+
+def _not_installed(entry: EngineEntry) -> tuple[str, ...]:
     if entry.system:
         return tuple(p for p in entry.packages if system_python.version(p) is None)
     return tuple(package for package in entry.packages if not _is_installed(package))
@@ -153,7 +192,7 @@ def absent_engines() -> dict[str, str]:
     for name, entry in engines().items():
         if entry.newest is None or sys.version_info[:2] <= entry.newest:
             continue
-        if lost := _missing(entry):
+        if lost := _not_installed(entry):
             here = platform.python_version()
             newest = ".".join(map(str, entry.newest))
             found[name] = f"{lost[0]} is published for Python {newest} at most, and this is {here}"
@@ -168,8 +207,8 @@ def world_class(name: str) -> type[FixedStepWorld]:
         EngineNotInstalledError: its library is missing.
     """
     entry = engines()[name]
-    if entry.optional and (lost := _missing(entry)):
-        raise EngineNotInstalledError(_needs(name, lost[0]))
+    if entry.packages and (lost := _missing(name, entry)):
+        raise _not_here(name, lost[0])
     return _declared_class(name)
 
 
@@ -190,10 +229,7 @@ def _declared_class(name: str) -> type[FixedStepWorld]:
         missing = (error.name or "").partition(".")[0]
         if missing == module.partition(".")[0] and name in ENGINES:
             raise
-        why = absent_engines().get(name)
-        raise EngineNotInstalledError(
-            f"engine {name!r} is not here: {why}" if why else _needs(name, missing)
-        ) from error
+        raise _not_here(name, missing) from error
     except Exception as error:
         if name in ENGINES:
             raise
@@ -201,6 +237,13 @@ def _declared_class(name: str) -> type[FixedStepWorld]:
             f"engine {name!r} of another distribution cannot be used: {type(error).__name__}: "
             f"{error}"
         ) from error
+
+
+def _not_here(name: str, package: str) -> EngineNotInstalledError:
+    why = absent_engines().get(name)
+    return EngineNotInstalledError(
+        f"engine {name!r} is not here: {why}" if why else _needs(name, package)
+    )
 
 
 def _needs(name: str, package: str) -> str:
@@ -244,6 +287,8 @@ def open_world(name: str, settings: WorldSettings) -> FixedStepWorld:
     Raises:
         KeyError, EngineNotInstalledError: see :func:`world_class`.
     """
+    if lost := _not_installed(engines()[name]):
+        raise _not_here(name, lost[0])
     return world_class(name)(settings)
 
 
@@ -263,14 +308,22 @@ def installed_versions(engine: str | None = None) -> dict[str, str]:
 
 
 def package_versions(names: Iterable[str]) -> dict[str, str]:
-    """Versions of those packages that are installed, by name, in the order of the names."""
+    """Versions of those packages that are installed, by name, in the order of the names.
+
+    Inside of :func:`engines_of_rows` also of those that the rows were made with.
+    """
     of_system = {p for entry in engines().values() if entry.system for p in entry.packages}
+    _, of_rows = _ROWS.get() or ((), {})
     versions = {}
     for name in names:
-        if name in of_system:
-            if found := system_python.version(name):
-                versions[name] = found
-            continue
-        with contextlib.suppress(importlib.metadata.PackageNotFoundError):
-            versions[name] = importlib.metadata.version(name)
+        found = system_python.version(name) if name in of_system else _version(name)
+        if found := found or of_rows.get(name):
+            versions[name] = found
     return versions
+
+
+def _version(package: str) -> str | None:
+    try:
+        return importlib.metadata.version(package)
+    except importlib.metadata.PackageNotFoundError:
+        return None

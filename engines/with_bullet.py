@@ -43,7 +43,8 @@ def _without_banner():
         os.close(null)
 
 
-with _without_banner():
+# Without it the class still states its capabilities; the registry says what is missing.
+with _without_banner(), contextlib.suppress(ModuleNotFoundError):
     import pybullet
 
 # The Python API lowers these two below the native defaults (0.1 and 0.08); with its values a

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import warnings
 from collections.abc import Sequence
@@ -19,7 +20,8 @@ from steadyload.engines.world import (
     declare,
 )
 
-with warnings.catch_warnings():
+# Without it the class still states its capabilities; the registry says what is missing.
+with warnings.catch_warnings(), contextlib.suppress(ModuleNotFoundError):
     # It looks for Vulkan, to draw scenes, when it is imported.
     warnings.simplefilter("ignore")
     import sapien
@@ -39,8 +41,8 @@ _FASTEST_TURN = 1e4
 _SETTLING = 1
 """Velocity iterations, after the position iterations; PhysX's own."""
 
-_PLANE = sapien.Pose([0.0, 0.0, 0.0], [math.sqrt(0.5), 0.0, -math.sqrt(0.5), 0.0])
-"""PhysX's plane looks along x; turned, it looks up."""
+_PLANE = ([0.0, 0.0, 0.0], [math.sqrt(0.5), 0.0, -math.sqrt(0.5), 0.0])
+"""Pose of the floor: PhysX's plane looks along x; turned, it looks up."""
 
 _NO_TORQUE = np.zeros(3)
 
@@ -92,7 +94,7 @@ class PhysxWorld(RebuiltWorld):
         scene = sapien.Scene([physx.PhysxCpuSystem()])
         floor = physx.PhysxRigidStaticComponent()
         floor.attach(_touching(physx.PhysxCollisionShapePlane(self._material)))
-        _enter(scene, floor, _PLANE)
+        _enter(scene, floor, sapien.Pose(*_PLANE))
         return scene
 
     def _body(self, box: Box) -> physx.PhysxRigidDynamicComponent | None:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
-import rapier3d
 
 from steadyload.engines.attitudes import rotation_vector
 from steadyload.engines.rapier_options import RapierOptions
@@ -20,12 +20,16 @@ from steadyload.engines.world import (
     declare,
 )
 
+# Without it the class still states its capabilities; the registry says what is missing.
+with contextlib.suppress(ModuleNotFoundError):
+    import rapier3d
+
 _ITERATIONS = 8
 
 _DAMPING_RATIO = 10.0
 """Of contacts; Rapier's own."""
 
-_FRICTION_MODEL = rapier3d.FrictionModel.SIMPLIFIED
+_FRICTION_MODEL = "SIMPLIFIED"
 """Rapier's own. Under its other one, Coulomb friction at every contact, a box with a square foot
 slides along a side of it as if its friction were 0.44 and not 0.5, at any number of iterations."""
 
@@ -85,7 +89,7 @@ class RapierWorld(RebuiltWorld):
         hardness = rapier3d.SpringCoefficients(self._options.contact_frequency, _DAMPING_RATIO)
         parameters.contact_softness = parameters.static_contact_softness = hardness
         parameters.num_solver_iterations = self.settings.solver_iterations or _ITERATIONS
-        parameters.friction_model = _FRICTION_MODEL
+        parameters.friction_model = getattr(rapier3d.FrictionModel, _FRICTION_MODEL)
         parameters.contact_recycling = False
         native.add_collider(self._surface(rapier3d.Collider.halfspace((0.0, 0.0, 1.0))))
         return native

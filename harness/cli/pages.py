@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Sequence
-from contextlib import nullcontext
+from contextlib import ExitStack, nullcontext
 from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
 from typing import Any
 
 from steadyload.atomic import write_atomically
-from steadyload.cli.flags import UsageError
 from steadyload.cli.interrupts import working
 from steadyload.cli.running import run
 from steadyload.cli.terminal import print_table, say
@@ -68,7 +67,6 @@ class Remake:
     output: Path = _folder()
     rows: Path = _rows()
     judge: bool = option(False, "judge, measure and time what is not among the kept rows")
-    fewer: bool = option(False, "leave out engines that kept rows are of and that are not here")
     keep: bool = option(False, "pack the rows of every page that was remade, for the next time")
     dry_run: bool = option(False, "print the commands, and run none")
 
@@ -76,17 +74,12 @@ class Remake:
         """Remake the pages, and write the index where one was remade.
 
         Rows that are packed are unpacked first, unless their work folder is there already, which is
-        said. A page with kept rows is made of these alone unless ``judge`` is given, and of all
-        engines that they are of unless ``fewer`` is given, or is refused before anything is judged
-        or written. Returns the first exit status that is not 0; the other pages are remade
-        nevertheless.
-
-        Raises:
-            UsageError: both ``fewer`` and ``keep``.
+        said. A page with kept rows is made of these alone, whichever engines are installed, or is
+        refused before anything is written; with ``judge`` of what is missing, too, which is refused
+        where an engine of the rows is not installed. Returns the first exit status that is not 0;
+        the other pages are remade nevertheless.
         """
         working()
-        if self.fewer and self.keep:
-            raise UsageError("--fewer and --keep: rows of the engines left out would be lost")
         if self.dry_run:
             for entry in named(self.names):
                 print(f"steadyload {shlex.join(remaking(entry, self.output))}")
@@ -117,36 +110,52 @@ class Remake:
 
     def _remake(self, entry: Entry) -> int:
         """Run the command of a page; its exit status."""
-        from steadyload.runs.kept_only import kept_only
-
         try:
-            are_kept = self._unpacked(entry)
+            made_of_rows = self._made_of_rows(entry)
         except UserError as error:
             say(f"steadyload: {printable(str(error))}")
             return 2
-        remedy = f"steadyload pages remake {entry.name} --judge judges and times them here"
-        with nullcontext() if self.judge or not are_kept else kept_only(remedy):
+        with made_of_rows:
             words = remaking(entry, self.output)
             say(f"steadyload {shlex.join(words)}")
             return run(words)
 
-    def _unpacked(self, entry: Entry) -> bool:
-        """Unpack the rows of a page unless they are there; whether it has any.
+    def _made_of_rows(self, entry: Entry) -> ExitStack:
+        """Unpack the rows of a page unless they are there; a context that makes it of them alone.
 
         Raises:
             RowsError: the archive cannot be unpacked.
-            UserError: some rows are of engines that are not installed, and may not be left out.
+            UserError: something is to be judged, and an engine of the rows is not installed.
         """
-        from steadyload.studies.kept_rows import engines_missed, unpack
+        from steadyload.engines.registry import engines, engines_here
+        from steadyload.runs.kept_only import kept_only
+        from steadyload.runs.provenance import of_rows
+        from steadyload.studies.kept_rows import made_with, unpack
 
         unpack(entry, self.rows)
-        missed = {} if self.fewer else engines_missed(entry)
-        if missed:
-            raise UserError(
-                f"page {entry.name!r} has kept rows of {', '.join(missed)}, not installed here "
-                f"({'; '.join(missed.values())}); --fewer remakes it without them"
-            )
-        return entry.work.exists()
+        context = ExitStack()
+        if not entry.work.exists():
+            return context
+        made, here = made_with(entry.work), set(engines_here())
+        unknown = set(made.engines if made else ()) - engines().keys()
+        with of_rows(made) if made else nullcontext():
+            theirs = set(engines_here()) | unknown
+        if self.judge:
+            if theirs - here:
+                raise UserError(
+                    f"page {entry.name!r} has kept rows of {', '.join(sorted(theirs - here))}, not "
+                    "installed here; without --judge it is made of what is kept"
+                )
+            return context
+        remedy = f"steadyload pages remake {entry.name} --judge judges and times them here"
+        context.enter_context(kept_only(remedy))
+        for name in sorted(here - theirs):
+            say(f"page {entry.name!r} has no kept rows of {name}; {remedy}")
+        for name in sorted(unknown):
+            say(f"page {entry.name!r} is made without its rows of {name}, an unknown engine")
+        if made:
+            context.enter_context(of_rows(made))
+        return context
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from typing import Any, get_type_hints
 from steadyload.cli.flags import CONFIG
 from steadyload.cli.terminal import resumable, say, study_progress
 from steadyload.config import option, output_option
+from steadyload.runs.kept_only import results_made
 from steadyload.studies.kit import Lab, Study
 from steadyload.studies.registry import AnyStudy
 
@@ -49,7 +50,14 @@ def study_command(study: AnyStudy) -> type[Any]:
     def run(command: Any) -> int:
         work = command.work if study.resumable else command.output
         workers = command.workers if study.workers is not None else 1
-        return write(_configured(study, command), work, command.output or work, workers)
+        before = results_made()
+        ended = write(_configured(study, command), work, command.output or work, workers)
+        if study.resumable and work.is_dir():
+            from steadyload.studies.kept_rows import made_with, state_made
+
+            if results_made() > before or made_with(work) is None:
+                state_made(work)
+        return ended
 
     return dataclasses.make_dataclass(
         study.name, fields, namespace={"__post_init__": check, "run": run},

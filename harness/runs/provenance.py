@@ -14,7 +14,10 @@ import json
 import platform
 import re
 import subprocess
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass
 from functools import cache
 from importlib import metadata
 from pathlib import Path
@@ -22,9 +25,11 @@ from typing import Any
 
 from steadyload.engines.registry import (
     engines,
+    engines_of_rows,
     installed_versions,
     numerics,
     package_versions,
+    usable_engines,
     world_class,
 )
 from steadyload.engines.world import VERSION as WORLD
@@ -94,8 +99,53 @@ def _from_outside(cls: type) -> dict[str, str]:
     return made
 
 
+_ROWS: ContextVar[MadeWith | None] = ContextVar("provenance of rows", default=None)
+
+
+@dataclass(frozen=True)
+class MadeWith:
+    """With what rows were made.
+
+    Attributes:
+        engines: that they can be of.
+        versions: of packages, by name.
+        machine: on which they were made.
+        git: the source revision; None for that of an installed package.
+    """
+
+    engines: tuple[str, ...]
+    versions: Mapping[str, str]
+    machine: str
+    git: str | None = None
+
+    @classmethod
+    def here(cls) -> MadeWith:
+        """With what rows are made here."""
+        return cls(usable_engines(), **provenance())
+
+
+@contextmanager
+def of_rows(made: MadeWith) -> Iterator[None]:
+    """Let :func:`provenance` and the engines that studies compare be those of kept rows.
+
+    Nothing is judged or measured inside; see :func:`steadyload.engines.registry.engines_of_rows`.
+    """
+    before = _ROWS.set(made)
+    try:
+        with engines_of_rows(made.engines, made.versions):
+            yield
+    finally:
+        _ROWS.reset(before)
+
+
 def provenance() -> dict[str, Any]:
-    """Versions, source revision and kind of machine; nothing that identifies a person or host."""
+    """Versions, source revision and kind of machine; nothing that identifies a person or host.
+
+    Inside of :func:`of_rows` those of the rows.
+    """
+    made = _ROWS.get()
+    if made is not None:
+        return {"git": made.git, "versions": dict(made.versions), "machine": made.machine}
     versions = package_versions(("numpy", "pandas", "pyarrow", "scipy"))
     return {
         "git": _git_revision(),

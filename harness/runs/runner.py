@@ -191,8 +191,14 @@ def _run(
         progress(survey.present, survey.parts)
         fresh.unlink()
         return 0
+
+    def not_kept() -> Iterator[str]:
+        singles = study_units(study, material.cases(fresh), singly, size)
+        yield from (each.method for each in of_blocks if each.key in survey.missing)
+        yield from (each.method for each in singles if each.key in survey.missing)
+
     try:
-        refuse_unless_kept(directory, survey.parts - survey.present, survey.parts)
+        refuse_unless_kept(directory, survey.parts - survey.present, survey.parts, not_kept)
     except NotKeptError:
         fresh.unlink()
         raise

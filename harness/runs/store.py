@@ -345,7 +345,11 @@ class Store(Generic[Answer, Stored]):
         if survey is None:
             units = list(units)
             survey = self.survey(units)
-        refuse_unless_kept(self._folder, survey.parts - survey.present, survey.parts)
+        missing = survey.missing
+        refuse_unless_kept(
+            self._folder, survey.parts - survey.present, survey.parts,
+            lambda: (unit.describe(0) for unit in units if unit.key in missing),
+        )  # fmt: skip
         progress(survey.present, survey.parts)
         waiting, done = set(survey.missing), 0
         for unit, answers in run_units(

@@ -2,26 +2,22 @@
 
 from __future__ import annotations
 
+import dataclasses
 import io
+import json
 import lzma
 import tarfile
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from fnmatch import fnmatchcase
 from functools import partial
 from pathlib import Path, PurePosixPath
 from typing import Any
 
 from steadyload.atomic import write_atomically
-from steadyload.engines.registry import (
-    EngineNotInstalledError,
-    engines,
-    engines_here,
-    world_class,
-)
+from steadyload.config import bind
 from steadyload.errors import UserError
 from steadyload.layouts.files.limits import MAX_FILE_BYTES
-from steadyload.methods.contract.spec import parse_spec
 from steadyload.reading import (
     MAX_STORED_BYTES,
     TooLargeError,
@@ -31,11 +27,16 @@ from steadyload.reading import (
     regular,
     unpacked,
 )
+from steadyload.runs.provenance import MadeWith
 from steadyload.runs.results import superseded
 from steadyload.runs.store import CHECKPOINT, CHECKPOINTS, DamagedError, ResultsError
 from steadyload.studies.published import ROWS, Entry, entries
 
-_LEFT_OUT = (".lock", "report.md", "report.html", "report-details*.md", "figures")
+MADE_WITH = "made_with.json"
+"""States with what rows were made: in a work folder of its rows, beside the archives of all rows,
+by archive."""
+
+_LEFT_OUT = (".lock", "report.md", "report.html", "report-details*.md", "figures", MADE_WITH)
 """What a work folder holds besides rows, as patterns, and :data:`.CHECKPOINTS` anywhere in it."""
 
 _MANIFEST = "manifest.json"
@@ -83,6 +84,10 @@ def keep(entry: Entry, folder: Path = ROWS) -> Path:
                     archive.addfile(about, content)
     folder.mkdir(parents=True, exist_ok=True)
     write_atomically(archive_of(entry, folder), lzma.compress(packed.getvalue(), preset=9))
+    stated = _stated_in(entry.work / MADE_WITH)
+    if stated is not None:
+        every = {**(_stated_in(folder / MADE_WITH) or {}), entry.work.name: stated}
+        write_atomically(folder / MADE_WITH, _as_json(dict(sorted(every.items()))))
     return archive_of(entry, folder)
 
 
@@ -109,6 +114,9 @@ def unpack(entry: Entry, folder: Path = ROWS) -> Path | None:
                 found.extractall(rows, _checked(found, archive), filter="data")
         except tarfile.TarError:
             raise _damaged(archive) from None
+        stated = (_stated_in(folder / MADE_WITH) or {}).get(entry.work.name)
+        if stated is not None:
+            write_atomically(rows / MADE_WITH, _as_json(stated))
         rows.rename(entry.work)
     return entry.work
 
@@ -154,55 +162,37 @@ def _damaged(archive: Path) -> RowsError:
     return RowsError(f"{archive}: cannot be read, it is damaged or cut off; restore the file")
 
 
-def engines_missed(entry: Entry) -> dict[str, str]:
-    """Engines that the rows in a work folder are of and that are not installed; with the reasons.
-
-    Those that only check others are not among them: pages leave them out.
+def state_made(work: Path) -> None:
+    """Write beside the rows of a work folder with what they were made; see :data:`MADE_WITH`.
 
     Raises:
-        TooLargeError: a manifest or record has too many bytes.
+        OSError: it cannot be written.
     """
-    here = engines_here()
-    away = {n for n, about in engines().items() if n not in here and not about.check_only}
-    return {name: _reason(name) for name in sorted(away & _engines_of(entry.work, away))}
+    write_atomically(work / MADE_WITH, _as_json(dataclasses.asdict(MadeWith.here())))
 
 
-def _engines_of(work: Path, wanted: set[str]) -> set[str]:
-    """Those of some engines that the manifests and records in a folder name.
+def made_with(work: Path) -> MadeWith | None:
+    """With what the rows in a work folder were made; None where that is not stated.
 
     Raises:
-        TooLargeError: one has too many bytes.
+        RowsError: what states it is damaged.
     """
-    found: set[str] = set()
-    for path in work.rglob("*.json") if wanted else ():
-        record = content_of(path, MAX_STORED_BYTES)
-        try:
-            content = json_of(record)
-        except (ValueError, RecursionError):
-            continue
-        found |= wanted & set(_named(content))
-        if found == wanted:
-            break
-    return found
+    file = work / MADE_WITH
+    return bind(MadeWith, _stated_in(file), str(file), RowsError) if file.exists() else None
 
 
-def _named(content: Any) -> Iterator[str]:
-    """Names of engines in a manifest of a run, and in a list of records."""
-    study = content.get("study") if isinstance(content, dict) else None
-    if isinstance(study, dict):
-        for spec in study.get("methods", ()):
-            yield parse_spec(spec).engine or ""
-    for record in content if isinstance(content, list) else ():
-        if isinstance(record, dict) and isinstance(record.get("engine"), str):
-            yield record["engine"]
-
-
-def _reason(engine: str) -> str:
+def _stated_in(file: Path) -> Any:
+    """What a file states; None where there is none."""
+    if not file.exists():
+        return None
     try:
-        world_class(engine)
-    except EngineNotInstalledError as error:
-        return str(error)
-    return f"engine {engine!r} is not installed"
+        return json_of(content_of(file, MAX_STORED_BYTES))
+    except (ValueError, RecursionError):
+        raise _damaged(file) from None
+
+
+def _as_json(content: Any) -> str:
+    return json.dumps(content, indent=1) + "\n"
 
 
 def kept(folder: Path = ROWS) -> str:

@@ -4,20 +4,25 @@ import io
 import json
 import lzma
 import os
+import re
+import shutil
+import subprocess
+import sys
 import tarfile
 from dataclasses import replace
+from importlib.metadata import version
 from pathlib import Path
 
 import pytest
 
 from steadyload.atomic import checksum, manifest_text
 from steadyload.cli import main
-from steadyload.engines import registry
-from steadyload.reading import TooLargeError
+from steadyload.engines.registry import engines_here, package_versions
+from steadyload.runs.provenance import MadeWith, provenance_lines
 from steadyload.runs.results import load_results
 from steadyload.runs.store import DamagedError
 from steadyload.studies import kept_rows, published
-from steadyload.studies.kept_rows import RowsError, engines_missed, keep, kept, unpack
+from steadyload.studies.kept_rows import RowsError, keep, kept, made_with, unpack
 
 ROOT = Path(__file__).parents[2]
 
@@ -191,7 +196,12 @@ def test_what_is_kept_is_listed_with_its_size():
     assert (folder / published.INDEX).read_text() == kept(folder)
     archives = {path.name for path in folder.glob("*.tar.xz")}
     assert archives
-    assert archives == {path.name for path in folder.iterdir()} - {published.INDEX}
+    assert archives == {path.name for path in folder.iterdir()} - {
+        published.INDEX,
+        kept_rows.MADE_WITH,
+    }
+    stated = json.loads((folder / kept_rows.MADE_WITH).read_text())
+    assert archives == {f"{name}.tar.xz" for name in stated}
 
 
 def test_a_page_of_unpacked_rows_is_the_same_and_judges_nothing(
@@ -223,61 +233,169 @@ def test_a_page_of_unpacked_rows_is_the_same_and_judges_nothing(
     capsys.readouterr()
     assert main(["pages", "remake", "evaluation", "--rows", "rows", "-o", "again"]) == 2
     told = capsys.readouterr().err
-    assert "times: 1 of 1 results are not kept for these methods, this code and" in told
+    assert (
+        "times: 1 of 1 results are not kept for these methods, this code and these packages "
+        "(timing 1 methods on 3 layouts, turn 0); steadyload pages remake" in told
+    )
     assert told.endswith("pages remake evaluation --judge judges and times them here\n")
     assert Path("again/evaluation/report.md").read_text() == page
     assert contents(few.work / "spatial" / "times") == times
+    more = replace(few, command=(*few.command, "-m", "pbs0.9"))
+    monkeypatch.setattr("steadyload.cli.pages.named", lambda names: [more])
+    assert main(["pages", "remake", "evaluation", "--rows", "rows", "-o", "again"]) == 2
+    told = capsys.readouterr().err
+    assert "spatial: 6 of 18 results are not kept for these methods, this code and" in told
+    assert "these packages (pbs0.9); steadyload pages remake" in told
 
 
-@pytest.fixture
-def without_optional_engines(monkeypatch):
-    """PhysX and Rapier are not installed, wherever one asks."""
-    here = registry._is_installed
-    monkeypatch.setattr(
-        registry, "_is_installed", lambda name: name not in ("sapien", "rapier3d") and here(name)
-    )
+GONE = """
+import importlib.metadata
+import sys
+
+GONE = {"sapien", "rapier3d", "drake"}
 
 
-def test_a_page_with_kept_rows_of_engines_that_are_not_here_is_refused(
-    entry, tmp_path, monkeypatch, capsys, without_optional_engines
+class Gone:
+    def find_spec(self, name, path=None, target=None):
+        if name.partition(".")[0] in GONE:
+            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
+
+
+def without(found=importlib.metadata.Distribution.discover, **asked):
+    return iter(()) if asked.get("name") in GONE else found(**asked)
+
+
+importlib.metadata.Distribution.discover = without
+sys.meta_path.insert(0, Gone())
+"""
+"""A ``sitecustomize`` that hides packages of engines."""
+
+TOY = """
+from steadyload.engines.world import Capabilities, FixedStepWorld, declare
+
+
+class ToyWorld(FixedStepWorld):
+    capabilities = Capabilities(title="Toy", dimensions=3, settings=declare())
+"""
+
+
+def test_a_page_of_kept_rows_is_the_same_without_packages_of_engines_and_with_further_engines(
+    tmp_path, monkeypatch, capsys
 ):
-    run_folder(entry.work / "spatial", ["a"], ["a"])
-    keep(entry, tmp_path / "rows")
-    entry.work.rename(tmp_path / "gone")
-    begun = []
-    monkeypatch.setattr("steadyload.cli.pages.named", lambda names: [entry])
-    monkeypatch.setattr("steadyload.cli.pages.run", lambda words: begun.append(words) or 0)
-    monkeypatch.setattr("steadyload.cli.pages.write_index", lambda folder: folder)
-    remake = [
-        "pages",
-        "remake",
-        "evaluation",
-        "--rows",
-        str(tmp_path / "rows"),
-        "-o",
-        str(tmp_path),
-    ]
-    assert main(remake) == 2
-    assert capsys.readouterr().err == (
-        "steadyload: page 'evaluation' has kept rows of physx, not installed here (engine 'physx' "
-        "needs the package sapien: pip install 'steadyload[physx]'); --fewer remakes it without "
-        "them\n"
+    """All that is kept of a page, remade here and where packages are missing and a plugin is."""
+    monkeypatch.chdir(tmp_path)
+    remake = ["pages", "remake", "closed_forms", "--rows", str(ROOT / published.ROWS), "-o"]
+    assert main([*remake, "here"]) == 0
+    elsewhere = tmp_path / "elsewhere"
+    (elsewhere / "toy_engine-1.dist-info").mkdir(parents=True)
+    (elsewhere / "sitecustomize.py").write_text(GONE)
+    (elsewhere / "toy_engine.py").write_text(TOY)
+    about = {
+        "METADATA": "Metadata-Version: 2.1\nName: toy-engine\nVersion: 1\n",
+        "entry_points.txt": "[steadyload.engines]\ntoy = toy_engine:ToyWorld\n",
+    }
+    for name, text in about.items():
+        (elsewhere / "toy_engine-1.dist-info" / name).write_text(text)
+    paths = [str(elsewhere), os.environ.get("PYTHONPATH", "")]
+    env = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, paths))}
+
+    def run(*words):
+        told = subprocess.run(
+            [sys.executable, *words], capture_output=True, text=True, check=False, env=env
+        )
+        return told.returncode, told.stdout, told.stderr
+
+    asked = "from steadyload.engines.registry import engines_here as here; print(*here())"
+    others = {*run("-c", asked)[1].split()}
+    assert "toy" in others
+    assert not others & {"physx", "rapier"}
+    shutil.rmtree("runs")
+    status, _, told = run("-m", "steadyload.cli", *remake, "there")
+    assert (status, told.splitlines()[0]) == (
+        0,
+        "page 'closed_forms' has no kept rows of toy; steadyload pages remake closed_forms --judge "
+        "judges and times them here",
     )
-    assert begun == []
-    (entry.work / "measured").mkdir()
-    (entry.work / "measured" / "x.json").write_text('[{"engine": "rapier"}, {"engine": "dart"}]')
-    (entry.work / "measured" / "y.json").write_text("{")
-    assert list(engines_missed(entry)) == ["physx", "rapier"]
-    assert main([*remake, "--fewer"]) == 0
-    assert len(begun) == 1
-    assert main([*remake, "--fewer", "--keep"]) == 2
-    assert "rows of the engines left out would be lost" in capsys.readouterr().err
+    assert not re.search("physx|sapien|rapier", told)
+    assert contents(Path("there", "closed_forms")) == contents(Path("here", "closed_forms"))
+    status, _, told = run("-m", "steadyload.cli", *remake, "there", "--judge")
+    assert (status, told) == (
+        2,
+        f"uses the rows in runs/closed_forms; {ROOT / published.ROWS / 'closed_forms.tar.xz'} is "
+        "not unpacked over them\n"
+        "steadyload: page 'closed_forms' has kept rows of physx, rapier, not installed here; "
+        "without --judge it is made of what is kept\n",
+    )
 
 
-def test_engines_that_are_here_are_missed_by_no_page(entry, monkeypatch):
-    run_folder(entry.work / "spatial", ["a"], ["a"])
-    monkeypatch.setattr(registry, "_is_installed", lambda name: True)
-    assert engines_missed(entry) == {}
+MADE = {
+    "engines": ["mujoco", "gone"], "versions": {"mujoco": "1.2"}, "machine": "another",
+    "git": "0123456789ab",
+}  # fmt: skip
+
+
+def test_with_what_rows_were_made_is_packed_beside_them_and_comes_back(entry, tmp_path):
+    folder = tmp_path / "rows"
+    keep(entry, folder)
+    assert not (folder / kept_rows.MADE_WITH).exists(), "nothing states it"
+    (entry.work / kept_rows.MADE_WITH).write_text(json.dumps(MADE))
+    other = replace(entry, work=tmp_path / "runs" / "other")
+    shutil.copytree(entry.work, other.work)
+    archives = [keep(each, folder).read_bytes() for each in (other, entry)]
+    assert archives[0] == archives[1]
+    assert json.loads((folder / kept_rows.MADE_WITH).read_text()) == dict.fromkeys(
+        ("evaluation", "other"), MADE
+    )
+    entry.work.rename(tmp_path / "gone")
+    unpack(entry, folder)
+    assert made_with(entry.work) == MadeWith(**{**MADE, "engines": ("mujoco", "gone")})
+
+
+def test_a_page_of_kept_rows_names_the_code_and_machine_of_these(
+    entry, tmp_path, monkeypatch, capsys
+):
+    (entry.work / kept_rows.MADE_WITH).write_text(json.dumps(MADE))
+    told = {}
+
+    def made(words):
+        told.update(provenance_lines(), engines=engines_here())
+        told["absent"] = package_versions(["mujoco", "no-such-package"])
+        return 0
+
+    monkeypatch.setattr("steadyload.cli.pages.named", lambda names: [entry])
+    monkeypatch.setattr("steadyload.cli.pages.run", made)
+    monkeypatch.setattr("steadyload.cli.pages.write_index", lambda folder: folder)
+    remake = ["pages", "remake", "evaluation", "-o", str(tmp_path)]
+    assert main(remake) == 0
+    assert (told["source"], told["versions"], told["machine"]) == (
+        "git 0123456789ab", "mujoco 1.2", "another",
+    )  # fmt: skip
+    assert told["engines"] == ("mujoco",)
+    assert told["absent"] == {"mujoco": version("mujoco")}, "what is installed counts"
+    said = capsys.readouterr().err
+    assert "page 'evaluation' is made without its rows of gone, an unknown engine\n" in said
+    assert provenance_lines()["machine"] != "another"
+    (entry.work / kept_rows.MADE_WITH).write_text('{"engines": 1}')
+    assert main(remake) == 2
+    assert "made_with.json: engines is 1; allowed: a list" in capsys.readouterr().err
+    (entry.work / kept_rows.MADE_WITH).write_text("{")
+    assert main(remake) == 2
+    assert "made_with.json: cannot be read, it is damaged" in capsys.readouterr().err
+
+
+def test_a_run_states_with_what_its_rows_were_made_and_one_that_makes_none_leaves_that(
+    tmp_path, monkeypatch, in_this_process, undrawn
+):
+    monkeypatch.chdir(tmp_path)
+    study = ["study", "evaluation", "--limit", "2", "--timed", "1", "--repeats", "1", "-m", "fbs"]
+    assert main(study) == 0
+    work = Path("runs", "evaluation")
+    assert made_with(work) == MadeWith.here()
+    (work / kept_rows.MADE_WITH).write_text(json.dumps(MADE))
+    assert main(study) == 0
+    assert made_with(work).machine == "another"
+    assert main([*study, "-m", "sme"]) == 0
+    assert made_with(work) == MadeWith.here()
 
 
 def test_a_page_whose_archive_is_damaged_stops_no_other(entry, tmp_path, monkeypatch, capsys):
@@ -325,11 +443,3 @@ def test_packed_rows_that_are_not_read_are_told_once(entry, tmp_path, monkeypatc
     told = capsys.readouterr().err
     line = f"uses the rows in {entry.work}; {archive} is not unpacked over them\n"
     assert told.count("not unpacked") == told.count(line) == 1
-
-
-def test_a_record_that_is_too_large_is_named(entry, monkeypatch, without_optional_engines):
-    record = entry.work / "large.json"
-    record.write_text('[{"engine": "rapier"}]')
-    monkeypatch.setattr(kept_rows, "MAX_STORED_BYTES", 10)
-    with pytest.raises(TooLargeError, match=r"large\.json: is too large \(1 KiB\)"):
-        engines_missed(entry)
