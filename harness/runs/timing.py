@@ -14,8 +14,8 @@ import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from operator import attrgetter
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,10 +26,9 @@ from steadyload.methods.contract.method import judge
 from steadyload.methods.registry import make_method
 from steadyload.progress import Progress, silent
 from steadyload.reading import MAX_STORED_BYTES, content_of, json_of
-from steadyload.runs.asked import Asked, asked, measured
+from steadyload.runs.asked import Asked, asked, kept_rows
 from steadyload.runs.methods_here import method_named
 from steadyload.runs.provenance import made_by
-from steadyload.runs.store import JSON, Store, locked
 from steadyload.runs.units import MadeBy, made_now
 
 VERSION = 1
@@ -92,7 +91,31 @@ def kept_load(file: Path) -> float | None:
     return load
 
 
-class Turn(Asked[dict[str, Any]], question="times in turns", version=VERSION, prefix="times-"):
+TimedCases = tuple[tuple[str, str], ...]
+"""Name and content hash of each layout that was timed."""
+
+
+def _timed_cases(layouts: Iterable[Layout]) -> TimedCases:
+    return tuple((layout.name, layout.content_hash()) for layout in layouts)
+
+
+@dataclass(frozen=True)
+class TurnTimes:
+    """Times of a turn, as they are kept.
+
+    Attributes:
+        cases: that were timed; those kept by an earlier version may not say.
+        cpu, wall: by method, of each case [ms].
+        load: of the machine meanwhile; None where the system does not tell.
+    """
+
+    cpu: Mapping[str, tuple[float, ...]]
+    wall: Mapping[str, tuple[float, ...]]
+    load: float | None = None
+    cases: TimedCases = ()
+
+
+class Turn(Asked[TurnTimes], question="times in turns", version=VERSION, prefix="times-"):
     """All methods judge a block of layouts, one method after the other.
 
     Attributes:
@@ -113,8 +136,8 @@ class Turn(Asked[dict[str, Any]], question="times in turns", version=VERSION, pr
             f"timing {len(self.made_by)} methods on {len(self.layouts)} layouts, turn {self.number}"
         )
 
-    def measure(self) -> dict[str, Any]:
-        """The load of the machine meanwhile, and by method CPU and wall times [ms] of layouts."""
+    def measure(self) -> TurnTimes:
+        """See :class:`TurnTimes`."""
         names = tuple(self.made_by)
         methods = {spec: method_named(spec) for spec in names}
         for method in methods.values():
@@ -128,11 +151,12 @@ class Turn(Asked[dict[str, Any]], question="times in turns", version=VERSION, pr
             judge(method, self.layouts[0])
             found[spec] = [taken(partial(judge, method, layout)) for layout in self.layouts]
         after = machine_load()
-        return {
-            "load": None if before is None or after is None else max(before, after),
-            "cpu": {spec: [cpu for cpu, _ in found[spec]] for spec in names},
-            "wall": {spec: [wall for _, wall in found[spec]] for spec in names},
-        }
+        return TurnTimes(
+            cpu={spec: tuple(cpu for cpu, _ in found[spec]) for spec in names},
+            wall={spec: tuple(wall for _, wall in found[spec]) for spec in names},
+            load=None if before is None or after is None else max(before, after),
+            cases=_timed_cases(self.layouts),
+        )
 
 
 @dataclass(frozen=True)
@@ -184,24 +208,32 @@ def timed(
     made = made_now(named.values())
     blocks = [chosen[start : start + block] for start in range(0, len(chosen), block)]
     turns = [Turn(made, own, block, number) for number, own in enumerate(blocks * repeats)]
-    with locked(folder):
-        store = Store(folder, JSON)
-        store.complete(turns, measured, workers=min(workers, 1), progress=progress)
-        kept = [entry for turn in turns for entry in store.read(turn.key)]
-    loads = [entry["load"] for entry in kept]
+    kept, _ = kept_rows(folder, turns, TurnTimes, workers=min(workers, 1), progress=progress)
+    loads = [turn.load for turn in kept if turn.load is not None]
     cpu, wall = (
         {
-            spec: np.concatenate([entry[clock][str(one)] for entry in kept]).reshape(repeats, -1)
+            spec: np.concatenate([clock(turn)[str(one)] for turn in kept]).reshape(repeats, -1)
             for spec, one in named.items()
         }
-        for clock in ("cpu", "wall")
+        for clock in (attrgetter("cpu"), attrgetter("wall"))
     )
-    return Times(cpu, wall, None if None in loads else max(loads))
+    return Times(cpu, wall, max(loads) if len(loads) == len(kept) else None)
 
 
-class BatchUnit(
-    Asked[dict[str, Any]], question="times in batches", version=VERSION, prefix="times-"
-):
+@dataclass(frozen=True)
+class BatchTimes:
+    """Times of methods that judge many layouts at once, as they are kept.
+
+    Attributes:
+        cases: that were timed.
+        by_size: by spec and batch size, medians of CPU and wall time of a layout [ms].
+    """
+
+    cases: TimedCases
+    by_size: Mapping[str, Mapping[str, tuple[float, float]]]
+
+
+class BatchUnit(Asked[BatchTimes], question="times in batches", version=VERSION, prefix="times-"):
     """The timing of methods that judge many layouts at once.
 
     Attributes:
@@ -220,8 +252,8 @@ class BatchUnit(
         """Description of the unit for messages."""
         return f"timing batches of {len(self.made_by)} methods on {len(self.layouts)} layouts"
 
-    def measure(self) -> dict[str, Any]:
-        """Medians of CPU and wall time of a layout [ms], by spec and batch size."""
+    def measure(self) -> BatchTimes:
+        """See :class:`BatchTimes`."""
         most, layouts = max(map(len, self.layouts)), self.layouts
         methods = {
             (spec, n): make_method(str(make_method(spec).spec.stating(_BATCH, n)))
@@ -236,10 +268,14 @@ class BatchUnit(
             for each, method in methods.items():
                 cpu, wall = taken(partial(method.judge_many, layouts))
                 found[each].append((cpu / len(layouts), wall / len(layouts)))
-        return {
-            spec: {str(n): np.median(found[spec, n], axis=0).tolist() for n in self.batches}
-            for spec in self.made_by
-        }
+        medians = {each: np.median(times, axis=0).tolist() for each, times in found.items()}
+        return BatchTimes(
+            cases=_timed_cases(layouts),
+            by_size={
+                spec: {str(n): tuple(medians[spec, n]) for n in self.batches}
+                for spec in self.made_by
+            },
+        )
 
 
 def timed_batches(
@@ -273,11 +309,8 @@ def timed_batches(
     if not (able and batches):
         return {}
     unit = BatchUnit(able, tuple(layouts), repeats, batches)
-    with locked(folder):
-        store = Store(folder, JSON)
-        store.complete([unit], measured, workers=min(workers, 1))
-        [times] = store.read(unit.key)
+    [times], _ = kept_rows(folder, [unit], BatchTimes, workers=min(workers, 1))
     return {
-        spec: {int(size): (cpu, wall) for size, (cpu, wall) in sizes.items()}
-        for spec, sizes in times.items()
+        spec: {int(size): both for size, both in sizes.items()}
+        for spec, sizes in times.by_size.items()
     }

@@ -11,9 +11,10 @@ from steadyload.engines.quantities import quantity
 from steadyload.layouts.packing.packing import random_layouts
 from steadyload.methods import registry
 from steadyload.methods.contract.method import STABLE, Method
+from steadyload.runs.provenance import provenance_lines
 from steadyload.runs.results import ResultsError
 from steadyload.runs.store import JSON, Store
-from steadyload.runs.timing import taken, timed
+from steadyload.runs.timing import taken, timed, timed_batches
 
 METHODS = ("noting", "noting:mark=1", "noting:mark=2")
 
@@ -102,6 +103,24 @@ def test_a_block_that_was_taken_is_not_taken_again(asked, layouts, tmp_path, mon
     monkeypatch.setattr(Noting, "version", 2)
     timed(METHODS, layouts, tmp_path, repeats=1, block=3, workers=0)
     assert asked
+
+
+def test_kept_times_name_their_cases_and_the_code_and_machine_that_took_them(
+    asked, layouts, tmp_path
+):
+    timed(METHODS, layouts, tmp_path / "turns", repeats=1, block=3, workers=0)
+    learned = layouts[:2]
+    timed_batches(["lstm_1"], learned, tmp_path / "batches", repeats=1, batches=(2,), workers=0)
+    here = provenance_lines()
+    for folder, of in (("turns", layouts), ("batches", learned)):
+        store = Store(tmp_path / folder, JSON)
+        rows = [row for key in store.keys() for row in store.read(key)]  # noqa: SIM118
+        named = {tuple(case) for row in rows for case in row["cases"]}
+        assert named == {(layout.name, layout.content_hash()) for layout in of}
+        for row in rows:
+            assert row["made_with"] == here
+            for clock in ("cpu", "wall"):
+                assert {len(own) for own in row.get(clock, {}).values()} <= {len(row["cases"])}
 
 
 def test_an_interrupted_pass_goes_on_with_the_block_that_is_missing(asked, layouts, tmp_path):
