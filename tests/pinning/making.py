@@ -16,7 +16,6 @@ from pathlib import Path
 import steadyload
 from steadyload import atomic
 from steadyload.cli import main
-from steadyload.runs import provenance
 from steadyload.runs.kept_only import kept_only
 from steadyload.runs.store import Store
 from steadyload.studies import published
@@ -28,8 +27,6 @@ WRITTEN = Path("written")
 MADE = Path("made.json")
 """What is told of a page: whether it was made, its keys, and CPU seconds."""
 
-REVISION = "pinned"
-
 _SHARD = re.compile(rf"(.*/)?([^./][^/]*)\.[0-9a-f]{{{atomic.CHECKSUM_DIGITS}}}\.\w+")
 _WRITING = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_APPEND | os.O_TRUNC
 
@@ -38,7 +35,6 @@ def make(name: str, tree: Path) -> None:
     """Make a page, and tell of it in :data:`MADE`."""
     entry, rows = published.named((name,))[0], tree / published.ROWS
     asked: dict[str, set[str]] = {"found": set(), "absent": set()}
-    provenance._git_revision = lambda: REVISION
     atomic._replace = _beside(tree)(atomic._replace)
     sys.addaudithook(partial(_refuse_writing, tree))
     with kept_only("a pin judges nothing"), _noting(asked):
