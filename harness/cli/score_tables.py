@@ -12,8 +12,8 @@ from steadyload.runs.verdict_reliability import Ending
 _SHOWN = 3
 """Number of failing steps in a cell, the most probable first."""
 
-_PLAN = ("layout", "method", "items", "score", "failing step")
-"""First columns of both tables: a layout and the verdict on its plan."""
+_PLAN = ("layout", "method", "boxes", "score", "fails at box")
+"""First columns of both tables: a layout and the verdict on its plan. Boxes count from 1."""
 
 
 def verdict_table(
@@ -53,7 +53,7 @@ def uncertain_table(
 ) -> tuple[Sequence[str], list[tuple[str, ...]]]:
     """Header and rows of the table of the reliability of verdicts."""
     header = (
-        *_PLAN, "stands %", "fails at", "expected score", "samples", "seconds", "why",
+        *_PLAN, "stands %", "may fail at box", "expected score", "samples", "seconds", "why",
     )  # fmt: skip
     return header, [_row(record, record["uncertain"]) for record in records]
 
@@ -66,7 +66,7 @@ def _plan(record: Mapping[str, Any], without_score: str) -> tuple[str, ...]:
         spec_with_question(record["method"]),
         "-" if items is None else str(items),
         without_score if score is None else f"{score:.3f}",
-        "-" if step is None else str(step),
+        "-" if step is None else str(step + 1),
     )
 
 
@@ -89,7 +89,8 @@ def _row(record: Mapping[str, Any], found: Mapping[str, Any] | None) -> tuple[st
 def _distribution(shares: Mapping[str, float]) -> str:
     order = sorted(shares.items(), key=lambda entry: -entry[1])
     more = ", ..." if len(order) > _SHOWN else ""
-    return ", ".join(f"{step} ({100.0 * share:.0f} %)" for step, share in order[:_SHOWN]) + more
+    boxes = [(step if step == "none" else int(step) + 1, share) for step, share in order[:_SHOWN]]
+    return ", ".join(f"{box} ({100.0 * share:.0f} %)" for box, share in boxes) + more
 
 
 def _shortage(found: Mapping[str, Any]) -> str:

@@ -131,11 +131,11 @@ def _record(file: str, layout: Any, found: dict[str, Any]) -> dict[str, Any]:
 
 
 def _movement(record: dict[str, Any]) -> tuple[str, str]:
-    """The box that moves, by its id or else its number, and how, or why there is no answer."""
+    """The box that moves, by its id or else its number from 1, and how, or why there is no answer."""
     if record.get("held"):
         return "-", "-"
     item = record["moved_item"]
-    box = "-" if item is None else printable(record["moved_box"] or str(item))
+    box = "-" if item is None else printable(record["moved_box"] or str(item + 1))
     return box, printable(str(record["mode"] or record["reason"] or "-"))
 
 

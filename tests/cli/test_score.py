@@ -60,6 +60,14 @@ def test_nothing_is_judged_or_printed_before_all_files_are_checked(files, capsys
     assert "cut.csv: line 6 has" in err
 
 
+def test_people_read_the_box_at_which_a_load_fails_counted_from_1(files, capsys):
+    assert main(["score", files[0], "-m", "fbs"]) == 0
+    header, first, second, _ = capsys.readouterr().out.splitlines()
+    assert header.split()[:6] == ["layout", "method", "boxes", "score", "fails", "at"]
+    assert first.split()[:5] == ["A", "fbs", "1", "1.000", "-"]
+    assert second.split()[:5] == ["B", "fbs", "2", "0.500", "2"]
+
+
 def test_an_interrupted_array_has_no_end(files, capsys, monkeypatch):
     def interrupt(name):
         if name == "B":

@@ -1,6 +1,7 @@
 """``steadyload transport``, from files to records and exit statuses."""
 
 import json
+from dataclasses import replace
 
 import pytest
 
@@ -57,6 +58,10 @@ def test_a_box_that_moves_is_named_by_its_id(tmp_path, capsys):
     assert (found[0]["moved_item"], found[0]["moved_box"]) == (0, "SKU-7")
     assert main(["transport", str(file), "--directions", "1"]) == 0
     assert " SKU-7 " in capsys.readouterr().out
+    write_layouts(file, [Layout("one", PALLET, (replace(box, name=""),))], Format.NATIVE)
+    assert main(["transport", str(file), "--directions", "1"]) == 0
+    row = capsys.readouterr().out.splitlines()[1].split()
+    assert row[3] == "1", "people count boxes from 1"
 
 
 def test_a_history_of_ones_own(file, tmp_path, capsys):
