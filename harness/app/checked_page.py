@@ -10,7 +10,7 @@ from pathlib import Path
 
 from steadyload.app.answers import counted, on_the_road, too_far
 from steadyload.app.checking import Answer, Check
-from steadyload.app.notebook_figures import load_picture
+from steadyload.app.notebook_figures import accuracy_fact, load_picture, moved_boxes
 from steadyload.app.repair_results import Outcome, Repair
 from steadyload.app.viewing import view_of
 from steadyload.atomic import write_atomically
@@ -30,6 +30,7 @@ from steadyload.methods.session.recording import (
 from steadyload.progress import Progress, silent
 from steadyload.reports.viewer.gallery import gallery_html
 from steadyload.reports.viewer.page import MARKS, player_html
+from steadyload.reports.viewer.picture import AMBER, MARKED
 from steadyload.reports.viewer.records import Card, Gallery
 from steadyload.runs.methods_here import method_named
 from steadyload.runs.pool import PartLimit, SinglePart, run_units
@@ -126,10 +127,12 @@ def _notes(found: Sequence[Check]) -> tuple[str, ...]:
     return (
         "A picture shows a load up to the box at whose placement it fails; the box that moves "
         "too far, or hovers, is red, one that is crushed or moves only on the road is amber, "
-        "and it shines through others. Colours are the order of loading. Seen from the front "
-        f"right: the side of high {frame.axes[0]} and {frame.axes[2]}.",
-        "Method right on: the share of labelled cases of about so many boxes on which the "
-        "method names the failing step; it is the same for each pallet of such a size.",
+        "and it shines through others. Colours are the order of loading. Arrows show the axes of "
+        f"the file: a box that leans to +{frame.axes[0]} leans where the arrow +{frame.axes[0]} "
+        "points.",
+        "Accuracy on similar labelled pallets: the share of labelled cases of about so many boxes "
+        "on which the method names the box at which the load fails; it is the same for each pallet "
+        "of such a size, and is not the probability that this one stands.",
         too_far(frame, limit),
         *map(on_the_road, rules),
         "A fall is simulated from the plan by the method that answered, or the last stage of "
@@ -197,24 +200,25 @@ def _shown(check: Check) -> Verdict:
 
 def _played(unit: _Unit, recording: Recording) -> Card:
     """The card of a layout, with its picture and player."""
-    drawn, card, road = load_picture(unit.layout, _shown(unit.check)), _card(unit.check), None
-    if unit.check.stands and _fails_on_the_road(unit.check):
-        assert unit.check.transport is not None
-        road = None if unit.check.transport.worst is None else unit.check.transport.worst.moved_item
+    check, road = unit.check, None
+    drawn = load_picture(unit.layout, _shown(check), check.frame)
+    if check.stands and _fails_on_the_road(check):
+        assert check.transport is not None
+        road = None if check.transport.worst is None else check.transport.worst.moved_item
     return dataclasses.replace(
-        card,
-        facts=(*card.facts, *_road_fact(unit.check, unit.layout), *_repair_fact(unit.repair)),
-        pallet=drawn.pallet,
-        boxes=drawn.boxes,
-        marked=_marked(unit.check, drawn.marked) if road is None else road,
-        amber=unit.check.crushed is not None or road is not None,
+        _card(check, *_road_fact(check, unit.layout), *_repair_fact(unit.repair)),
+        picture=dataclasses.replace(
+            drawn,
+            marked=_marked(check, drawn.marked) if road is None else road,
+            mark=AMBER if check.crushed is not None or road is not None else MARKED,
+        ),
         player=player_html(
             view_of(
                 unit.layout,
                 [recording],
                 unit.made,
-                gaps_cm=unit.check.gaps_cm,
-                frame=unit.check.frame,
+                gaps_cm=check.gaps_cm,
+                frame=check.frame,
             ),
             MARKS,
         ),
@@ -239,24 +243,26 @@ def _repaired_player(unit: _Unit) -> str:
     view = view_of(
         layout, [recording], unit.made, gaps_cm=after.gaps_cm, frame=unit.check.frame,
     )  # fmt: skip
-    return player_html(dataclasses.replace(view, changes=tuple(repair.sentences)), MARKS)
+    repaired = dataclasses.replace(view, changes=tuple(repair.sentences), moved=moved_boxes(repair))
+    return player_html(repaired, MARKS)
 
 
 def _marked(check: Check, at_fault: int | None) -> int | None:
     return check.gap.item if check.answer is Answer.HOVERS and check.gap else at_fault
 
 
-def _card(check: Check) -> Card:
-    """The facts that are known of a layout without its plan."""
+def _card(check: Check, *more: str) -> Card:
+    """The facts that are known of a layout without its plan, and more."""
     facts = [] if check.items is None else [f"{check.items} box{'es' if check.items != 1 else ''}"]
+    facts += [*check.notes, *more]
     if check.reliability is not None:
-        facts.append(f"method right on {check.reliability}")
+        facts += [": ".join(said) for said in accuracy_fact(check.reliability).items()]
     if check.file:
         facts.append(check.file)
     kind = str(check.answer)
     answer = check.reason if check.answer is Answer.BAD_INPUT else check.sentence
     badges = [CRUSHED] * (check.crushed is not None) + [NOT_HELD] * _fails_on_the_road(check)
-    return Card(check.layout, kind, answer, (*facts, *check.notes), badges=tuple(badges))
+    return Card(check.layout, kind, answer, tuple(facts), badges=tuple(badges))
 
 
 def _fails_on_the_road(check: Check) -> bool:

@@ -120,9 +120,10 @@ def view_of(
     gap, frame = largest(gaps(layout)), Frame.given(frame)
     return View(
         name=layout.name,
+        weight=frame.spoken(float(layout.weights.sum())),
         pallet=layout.pallet.size,
         deck=layout.floor.height,
-        items=_items(layout),
+        items=_items(layout, frame),
         loadings=tuple(_loading(recording, layout) for recording in recordings),
         manifest=made,
         forces=np.empty((0, 4)) if forces is None else forces.resultants(),
@@ -130,7 +131,7 @@ def view_of(
         gap_note="" if gap is None else gap.sentence(layout, frame),
         hovering=gap is not None and gap.exceeds(gaps_cm),
         axes=frame.axes,
-        units=Units(frame.unit, frame.cm, frame.decimals, frame.weight, frame.kg),
+        units=Units(frame.unit, frame.cm, frame.decimals, frame.spoken_weight, frame.spoken_kg),
     )
 
 
@@ -228,15 +229,13 @@ def _card(
     hovers = verdict.stable and view.hovering and not headline
     answer = headline or (f"hovers: {view.gap_note}" if hovers else said)
     told = [note for note in (reason, view.gap_note) if note and note not in answer]
-    drawn, gap = load_picture(layout, verdict), largest(gaps(layout))
+    drawn, gap = load_picture(layout, verdict, frame), largest(gaps(layout))
     return Card(
         name=layout.name,
         kind="hovers" if hovers else kinds[verdict.stable],
         answer=answer,
         facts=(f"{len(layout)} box{'es' if len(layout) != 1 else ''}", *dict.fromkeys(told)),
-        pallet=drawn.pallet,
-        boxes=drawn.boxes,
-        marked=gap.item if hovers and gap is not None else drawn.marked,
+        picture=replace(drawn, marked=gap.item) if hovers and gap is not None else drawn,
         player=player_html(view, MARKS),
     )
 
@@ -270,7 +269,7 @@ def pick_layouts(
     return found
 
 
-def _items(layout: Layout) -> tuple[ViewedItem, ...]:
+def _items(layout: Layout, frame: Frame) -> tuple[ViewedItem, ...]:
     return tuple(
         ViewedItem(
             item.size,
@@ -280,7 +279,7 @@ def _items(layout: Layout) -> tuple[ViewedItem, ...]:
                 item.position[2] + item.size[2] / 2.0,
             ),
             item.mass_offset,
-            item.weight,
+            frame.spoken(item.weight),
             item.name,
             label_in(layout.items, item.sequence),
         )

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from steadyload.reports.html import packed, rendered, template_text
 from steadyload.reports.table import brief_time, significant
-from steadyload.reports.viewer.records import Movement, View, ViewedLoading, ViewedStep
+from steadyload.reports.viewer.records import Movement, Units, View, ViewedLoading, ViewedStep
 from steadyload.reports.viewer.three_js import three_js
 from steadyload.statistics.placed import items_placed
 
@@ -52,7 +52,9 @@ def shared_texts() -> dict[str, str]:
         ThreeJsError: see :func:`steadyload.reports.viewer.three_js.three_js`.
     """
     return {
-        "style": "\n".join(map(template_text, ("base.css", "viewer/viewer.css"))),
+        "style": "\n".join(
+            map(template_text, ("base.css", "viewer/viewer.css", "viewer/print.css"))
+        ),
         "script": "\n".join(map(template_text, _SCRIPTS)),
         "library": packed(three_js()),
     }
@@ -86,53 +88,46 @@ def player_html(view: View, texts: Mapping[str, str]) -> str:
 
 def _summary(view: View) -> str:
     units, count = view.units, len(view.items)
-    weight = sum(item.weight for item in view.items) / units.kg
     up = view.pallet[1] / units.cm
     sides = sorted((view.axes[k], view.pallet[k] / units.cm) for k in (0, 2))
     deck = f", its deck {view.deck / units.cm:g} {units.length} above the ground"
     return (
-        f"{count} item{'s' if count != 1 else ''}, {significant(weight)} {units.weight}, on a "
-        f"pallet of {' × '.join(f'{side:g}' for _, side in sides)} {units.length} loaded up to "
+        f"{count} box{'es' if count != 1 else ''}, {view.weight}, on a pallet of "
+        f"{' × '.join(f'{side:g}' for _, side in sides)} {units.length} loaded up to "
         f"{up:g} {units.length}{deck if view.deck else ''}"
     )
 
 
 def _caption(loading: ViewedLoading, view: View) -> dict[str, Any]:
-    """Caption above the scene of a method."""
-    items = view.items
+    """Caption above the scene of a method: its answer, and in small print how it came to that."""
+    items, failing = view.items, loading.failing_step
     if loading.status != "done":
         kind, headline = "none", f"no verdict: {loading.status}"
-    elif loading.failing_step is None and view.hovering:
-        kind, headline = "fails", "hovers"
-    elif loading.failing_step is None:
-        kind, headline = "stands", "stands"
+    elif failing is None:
+        kind, headline = ("fails", "hovers") if view.hovering else ("stands", "stands")
     else:
-        failing = items[loading.failing_step]
-        at = failing.label if failing.name else f"step {loading.failing_step}"
-        kind, headline = "fails", f"fails at {at}"
+        kind, headline = "fails", f"fails at {items[failing].label}"
     if loading.headline:
         headline = loading.headline
     if loading.crushed:
         kind = "crushed"
-    score = "none" if loading.score is None else f"{significant(loading.score)}"
-    safe = items_placed(loading.failing_step, len(items))
-    facts = {}
-    if not loading.headline:
-        facts["score"] = (
-            score if loading.score is None else f"{score} ({safe} of {len(items)} placed)"
-        )
-    if loading.seconds:
-        facts["CPU time"] = brief_time(loading.seconds)
+    facts, notes = {}, []
     moved = loading.moved_item
     if moved is not None and loading.displacement is not None and loading.rotation is not None:
         how = "moved at most" if loading.headline else "moved"
         far = f"{loading.displacement / view.units.cm:.{view.units.decimals}f}"
         facts[f"{items[moved].label} {how}"] = f"{far} {view.units.length}, {loading.rotation:.1f}°"
-    notes = []
+    if not loading.headline:
+        safe = items_placed(failing, len(items))
+        score = "none" if loading.score is None else significant(loading.score)
+        placed = "" if loading.score is None else f" ({safe} of {len(items)} placed)"
+        notes.append(f"score {score}{placed}")
+    if loading.seconds:
+        notes.append(f"CPU time {brief_time(loading.seconds)}")
     if loading.reason and loading.displacement is None:
         notes.append(loading.reason)
     if not loading.simulates:
-        notes.append("this method moves nothing: items are shown as planned")
+        notes.append("this method moves nothing: boxes are shown as planned")
     if loading.ignored:
         notes.append(f"the engine ignored {', '.join(loading.ignored)}")
     return {"kind": kind, "headline": headline, "facts": facts, "notes": "; ".join(notes)}
@@ -143,6 +138,7 @@ def _plain(view: View) -> dict[str, Any]:
         "pallet": view.pallet,
         "deck": view.deck,
         "axes": view.axes,
+        "moved": sorted(view.moved),
         "units": asdict(view.units),
         "items": [
             {"size": i.size, "offset": i.mass_offset, "weight": i.weight, "label": i.label}
@@ -150,11 +146,11 @@ def _plain(view: View) -> dict[str, Any]:
         ],
         "scale": [_PER_CM, _PER_UNIT],
         "forces": np.round(view.forces, 3).tolist(),
-        "loadings": [_plain_loading(loading) for loading in view.loadings],
+        "loadings": [_plain_loading(loading, view.units) for loading in view.loadings],
     }
 
 
-def _plain_loading(loading: ViewedLoading) -> dict[str, Any]:
+def _plain_loading(loading: ViewedLoading, units: Units) -> dict[str, Any]:
     count = len(loading.planned)
     upright = np.tile([1.0, 0.0, 0.0, 0.0], (count, 1))
     planned = np.hstack((loading.planned, upright))
@@ -162,7 +158,7 @@ def _plain_loading(loading: ViewedLoading) -> dict[str, Any]:
     for step in loading.steps:
         if loading.reseats:
             rest = planned.copy()
-        steps.append(_plain_step(step, planned, rest))
+        steps.append(_plain_step(step, planned, rest, units))
     if loading.status != "done":
         last = max(len(steps) - 1, 0)
     else:
@@ -181,7 +177,7 @@ def _plain_loading(loading: ViewedLoading) -> dict[str, Any]:
 
 
 def _plain_step(
-    step: ViewedStep, planned: NDArray[np.float64], rest: NDArray[np.float64]
+    step: ViewedStep, planned: NDArray[np.float64], rest: NDArray[np.float64], units: Units
 ) -> dict[str, Any]:
     """Tracks by item: a frame at the placement, then those recorded; one frame for what rests.
 
@@ -201,7 +197,7 @@ def _plain_step(
         "times": [0.0, *np.round(step.times, 5).tolist()] if len(step.times) else [],
         "judged": step.judged,
         "tracks": tracks,
-        "moved": [_plain_movement(m) for m in step.movements],
+        "moved": [_plain_movement(m, units) for m in step.movements],
     }
 
 
@@ -215,5 +211,7 @@ def _whole(track: NDArray[np.float64]) -> list[int]:
     return [int(v) for v in np.rint(track * scale).ravel()]
 
 
-def _plain_movement(movement: Movement) -> tuple[int, float, float]:
-    return (movement.item, round(movement.displacement, 2), round(movement.rotation, 2))
+def _plain_movement(movement: Movement, units: Units) -> tuple[int, float, float]:
+    """As it is shown: rounded once, as the answer in a few words is."""
+    far = round(movement.displacement / units.cm, units.decimals)
+    return (movement.item, far, round(movement.rotation, 1))

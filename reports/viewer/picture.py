@@ -1,16 +1,14 @@
-"""The picture of a load that stands still: what is drawn, in which order and colours, and as SVG.
-
-A page of many loads draws its pictures in the browser, in the same order and colours.
-"""
+"""The picture of a load that stands still, as SVG: on cards, in notebooks and in the docs."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from html import escape
 
 import numpy as np
 from numpy.typing import NDArray
 
-from steadyload.reports.viewer.records import Triple
+Triple = tuple[float, float, float]
 
 WIDTH, HEIGHT = 440, 330
 """Of a picture [px]."""
@@ -22,11 +20,17 @@ RAMP = ("#46327e", "#365c8d", "#277f8e", "#1fa187", "#4ac16d", "#a0da39")
 """Colours of boxes, from the first to the last one loaded."""
 
 MARKED, AMBER, WOOD, OUTLINE = "#e31a1c", "#ff9f1c", "#c9b997", "#10151f"
-"""Colours of the marked box, of one that is crushed, of the deck, and of edges."""
+"""Colours of the marked box, of one that is crushed or was moved, of the deck, and of edges."""
 
 _SIDES = (((4, 5, 7, 6), 1.0), ((1, 3, 7, 5), 0.72), ((2, 3, 7, 6), 0.86))
 """Faces seen from high x, y and z, and how light each is: top, high x, high z. The corner
 ``x + 2 * z + 4 * y`` is at the low (0) or high (1) end of every axis."""
+
+_WAYS = np.array(((0.866, 0.5), (0.0, -1.0), (-0.866, 0.5)))
+"""Directions of x, y and z as they are seen: to the right, and down."""
+
+_ARROW, _LETTERS = 30.0, 20
+"""Length of the arrows of axes, and size of their names [px]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,23 +40,27 @@ class LoadPicture:
     Attributes:
         pallet: width, height and depth [cm].
         boxes: lower corners and sizes in the order of loading [cm], y up, shape (boxes, 6).
-        marked: number of the box that is red; None for none.
+        marked: number of the box at fault; None for none.
+        mark: its colour.
         moved: numbers of boxes that are amber: those that a repair put elsewhere.
+        axes: names of x, y and z at their arrows.
         caption: in words, for those who do not see it.
     """
 
     pallet: Triple
     boxes: NDArray[np.float64]
     marked: int | None = None
+    mark: str = MARKED
     moved: frozenset[int] = frozenset()
+    axes: tuple[str, str, str] = ("x", "y", "z")
     caption: str = ""
 
 
 def load_svg(*pictures: LoadPicture) -> str:
     """Loads as SVG beside each other, at one scale, seen from the side of high x and z.
 
-    Colours are the order of loading. The marked box is red, and shines through where others stand
-    before it; moved ones are amber.
+    Colours are the order of loading. The marked box shines through where others stand before it;
+    moved ones are amber. Arrows below the load are the axes.
 
     Args:
         pictures: one or more.
@@ -67,6 +75,7 @@ def load_svg(*pictures: LoadPicture) -> str:
         low, high = ends[place]
         shift = 0.5 * (room - scale * (low + high)) + (place * WIDTH, 0.0)
         faces += _faces(picture, scale * deck + shift, scale * corners + shift)
+        faces.append(_arrows(picture, place))
     width = len(pictures) * WIDTH
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{HEIGHT}" '
@@ -95,15 +104,39 @@ def _faces(
     """Faces of a load, those behind first, from corners [px]."""
     faces = [_polygon(deck, WOOD)]
     for box in behind_first(np.asarray(picture.boxes, dtype=float).reshape(-1, 6)):
-        colour = MARKED if box == picture.marked else RAMP[len(RAMP) * box // len(corners)]
-        colour = AMBER if box in picture.moved else colour
+        colour = AMBER if box in picture.moved else RAMP[len(RAMP) * box // len(corners)]
+        colour = picture.mark if box == picture.marked else colour
         faces += [
             _polygon(corners[box, list(of)], shade)
             for (of, _), shade in zip(_SIDES, shades(colour), strict=True)
         ]
     if picture.marked is not None:
-        faces += [_shining(corners[picture.marked, list(of)]) for of, _ in _SIDES]
+        shown = corners[picture.marked]
+        faces += [_shining(shown[list(of)], picture.mark) for of, _ in _SIDES]
     return faces
+
+
+def _arrows(picture: LoadPicture, place: int) -> str:
+    """The axes, in the lower corner of a picture that the deck leaves free."""
+    width, _, depth = picture.pallet
+    aside = 2.0 * _ARROW
+    origin = (place * WIDTH + (aside if width >= depth else WIDTH - aside), HEIGHT - 0.75 * aside)
+    drawn = []
+    for name, way in zip(picture.axes, _WAYS, strict=True):
+        across = np.array((-way[1], way[0]))
+        tip, neck = origin + _ARROW * way, origin + 0.7 * _ARROW * way
+        head = " ".join(f"{x:.1f},{y:.1f}" for x, y in (neck + 5 * across, tip, neck - 5 * across))
+        line = f"M{origin[0]:.1f},{origin[1]:.1f} {tip[0]:.1f},{tip[1]:.1f}M{head}"
+        x, y = origin + (_ARROW + 0.7 * _LETTERS) * way + (0.0, 0.35 * _LETTERS)
+        drawn.append((line, f'<text x="{x:.1f}" y="{y:.1f}" stroke="none">+{escape(name)}</text>'))
+    lines = "".join(line for line, _ in drawn)
+    return (
+        f'<g fill="none" font-family="sans-serif" font-size="{_LETTERS}" font-weight="bold" '
+        'text-anchor="middle" stroke-opacity="1" stroke-linecap="round">'
+        f'<path d="{lines}" stroke="#ffffff" stroke-width="6"/>'
+        f'<path d="{lines}" stroke-width="2.5"/>'
+        f'<g fill="{OUTLINE}">{"".join(text for _, text in drawn)}</g></g>'
+    )
 
 
 def behind_first(boxes: NDArray[np.float64]) -> list[int]:
@@ -160,9 +193,9 @@ def _polygon(points: NDArray[np.float64], colour: str) -> str:
     return f'<path d="{_outline(points)}" fill="{colour}"/>'
 
 
-def _shining(points: NDArray[np.float64]) -> str:
+def _shining(points: NDArray[np.float64], colour: str) -> str:
     return (
-        f'<path d="{_outline(points)}" fill="{MARKED}" fill-opacity="0.5" stroke="{MARKED}" '
+        f'<path d="{_outline(points)}" fill="{colour}" fill-opacity="0.5" stroke="{colour}" '
         'stroke-opacity="1" stroke-width="1.5" stroke-dasharray="4 3"/>'
     )
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-Triple = tuple[float, float, float]
+from steadyload.reports.viewer.picture import AMBER, LoadPicture, Triple
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,13 +31,13 @@ class Units:
 @dataclass(frozen=True, slots=True)
 class ViewedItem:
     """An item as planned: size, geometric centre and offset of the centre of mass [cm], y up, and
-    weight [kg]. ``name``: its id, empty without one; ``label``: what messages call it.
+    its weight with its unit. ``name``: its id, empty without one; ``label``: what messages call it.
     """
 
     size: Triple
     centre: Triple
     mass_offset: Triple
-    weight: float
+    weight: str
     name: str
     label: str
 
@@ -112,16 +112,18 @@ class ViewedLoading:
 class View:
     """A layout, the loadings to play side by side, and the provenance of the page.
 
-    ``deck`` is the height above the ground of a deck with edges [cm], 0 for a plane without.
-    ``forces`` are the contact forces of the complete load, upwards, one a contact: where they act
-    (x, y, z) [cm] and how large they are [kg], shape (k, 4); none where they are not known.
-    ``reasons`` say how the boxes at fault stand in the plan, and ``changes`` how a repaired plan
-    differs from the one before. ``gap_note`` is a sentence on the largest gap below a box that has
-    nothing under it, and ``hovering`` says whether it is larger than is allowed. ``axes`` are names
-    of x, y and z, and ``units`` those of all that is said.
+    ``weight`` is that of all items, with its unit. ``deck`` is the height above the ground of a
+    deck with edges [cm], 0 for a plane without. ``forces`` are the contact forces of the complete
+    load, upwards, one a contact: where they act (x, y, z) [cm] and how large they are [kg], shape
+    (k, 4); none where they are not known. ``reasons`` say how the boxes at fault stand in the plan,
+    ``changes`` how a repaired plan differs from the one before, and ``moved`` which of its boxes
+    are at another place. ``gap_note`` is a sentence on the largest gap below a box that has nothing
+    under it, and ``hovering`` says whether it is larger than is allowed. ``axes`` are names of x, y
+    and z, and ``units`` those of all that is said.
     """
 
     name: str
+    weight: str
     pallet: Triple
     deck: float
     items: tuple[ViewedItem, ...]
@@ -130,6 +132,7 @@ class View:
     forces: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 4)))
     reasons: tuple[str, ...] = ()
     changes: tuple[str, ...] = ()
+    moved: frozenset[int] = frozenset()
     gap_note: str = ""
     hovering: bool = False
     axes: tuple[str, str, str] = ("x", "y", "z")
@@ -145,11 +148,7 @@ class Card:
         kind: ``stands``, ``fails``, or another one; the gallery counts and filters by it.
         answer: in a few words.
         facts: what else is known, each in a few words.
-        pallet: width, height and depth [cm].
-        boxes: lower corners and sizes in the order of loading [cm], shape (boxes, 6); those that
-            are drawn.
-        marked: number of the box that is marked; None for none.
-        amber: it is marked in amber instead of red: it is crushed, or moves only on the road.
+        picture: of the load; None where there is nothing to draw.
         badges: what else is wrong, each in a word or two; the gallery filters by them, too.
         player: page of :func:`steadyload.reports.viewer.page.player_html` with the marks of
             :data:`steadyload.reports.viewer.page.MARKS`; empty where nothing can be played.
@@ -160,13 +159,15 @@ class Card:
     kind: str
     answer: str
     facts: tuple[str, ...] = ()
-    pallet: Triple = (0.0, 0.0, 0.0)
-    boxes: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 6)))
-    marked: int | None = None
-    amber: bool = False
+    picture: LoadPicture | None = None
     badges: tuple[str, ...] = ()
     player: str = ""
     repaired: str = ""
+
+    @property
+    def amber(self) -> bool:
+        """The marked box is amber instead of red: it is crushed, or moves only on the road."""
+        return self.picture is not None and self.picture.mark == AMBER
 
 
 @dataclass(frozen=True, slots=True)

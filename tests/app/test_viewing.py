@@ -74,7 +74,7 @@ def test_the_command_writes_a_page(layout_file, view):
     status, output, errors = view("layouts.json", *arguments, cwd=layout_file.parent)
     assert (status, output) == (0, "view.html\n"), errors
     text = (layout_file.parent / "view.html").read_text()
-    assert "fails at box 2" in text
+    assert "fails at box 2 of 2" in text
     assert "mujoco" in text.partition("Made with steadyload")[2]
 
 
@@ -110,7 +110,7 @@ def test_the_page_holds_every_recorded_pose(tmp_path, way):
     assert tracks
     moved = loading["steps"][2]["moved"][loading["steps"][2]["judged"] - 1]
     said = seen.verdict
-    assert moved == pytest.approx([said.moved_item, said.displacement, said.rotation], abs=0.005)
+    assert moved == [said.moved_item, round(said.displacement, 1), round(said.rotation, 1)]
 
 
 def test_the_page_shows_a_deck_with_edges(tmp_path, stack):
@@ -134,13 +134,13 @@ def test_a_page_says_which_box_has_nothing_under_it(tmp_path):
     note = "box B (2nd of 2) has nothing under it; it drops 4.0 cm onto box A (1st of 2)"
     text = write_view(hovering, ["label@mujoco"], tmp_path / "one.html").read_text()
     assert f'<p class="hovers">{note}</p>' in text
-    assert '<p class="chip">hovers</p>' in text
+    assert '<h2 class="chip">hovers</h2>' in text
     text = write_views([hovering], ["label@mujoco"], tmp_path / "all.html").read_text()
     assert f'<span class="answer">hovers: {note}</span>' in text
     near = Layout("near", hovering.pallet, (boxes[0], replace(boxes[1], position=(45, 21, 30))))
     text = write_view(near, ["label@mujoco"], tmp_path / "near.html").read_text()
     assert "<p>box B (2nd of 2) has nothing under it; it drops 1.0 cm" in text
-    assert '<p class="chip">stands</p>' in text
+    assert '<h2 class="chip">stands</h2>' in text
 
 
 def test_a_page_gives_the_reason_in_numbers_of_the_load(tmp_path, stack):
@@ -149,7 +149,8 @@ def test_a_page_gives_the_reason_in_numbers_of_the_load(tmp_path, stack):
     said = "the centre of mass of box 2 of 2 lies 2.0 cm past the edge of box 1 of 2 (+x);"
     assert f'<p class="reason">{said}' in text
     notes = re.search('<p class="notes">(.*)</p>', text)[1]
-    assert notes.startswith("no contact forces balance box 2 of 2")
+    assert notes.startswith("<code>equilibrium</code>; score 0.500 (1 of 2 placed); CPU time")
+    assert "; no contact forces balance box 2 of 2" in notes
     text = write_views([stack(0.0, 7.0)], ["equilibrium"], tmp_path / "all.html").read_text()
     assert "(score 0.5): the centre of mass of box 2 of 2 lies 2.0 cm past" in text
 
@@ -160,9 +161,9 @@ def test_a_page_has_the_axes_and_units_of_the_file(tmp_path, stack):
     page = write_view(load, ["label@mujoco"], tmp_path / "one.html", frame=frame)
     data, text = data_of(page), page.read_text()
     assert data["axes"] == ["y", "z", "x"]
-    assert data["units"] == {"length": "mm", "cm": 0.1, "decimals": 0, "weight": "g", "kg": 0.001}
+    assert data["units"] == {"length": "mm", "cm": 0.1, "decimals": 0, "weight": "kg", "kg": 1.0}
     assert "past the edge of box 1 of 2 (+y);" in text
-    assert "2 items, 2000 g, on a pallet of 1200 × 800 mm loaded up to 1000 mm" in text
+    assert "2 boxes, 2 kg, on a pallet of 1200 × 800 mm loaded up to 1000 mm" in text
     moved = make_method("label@mujoco").judge(load)
     said = f"{round(10.0 * moved.displacement)} mm, {moved.rotation:.1f}"
     assert f"<dt>item 1 moved</dt><dd>{said}" in text

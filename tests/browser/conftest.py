@@ -1,4 +1,7 @@
-"""A headless Chromium, spoken to over its debugging pipe; tests skip where there is none."""
+"""A headless Chromium, spoken to over its debugging pipe; tests skip where there is none.
+
+What it prints is looked at by pdftoppm, of poppler-utils; tests of that skip without it, too.
+"""
 
 import base64
 import fcntl
@@ -6,7 +9,10 @@ import json
 import os
 import shutil
 import subprocess
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
+import matplotlib.image
 import pytest
 
 BINARY = next(
@@ -109,6 +115,21 @@ class Browser:
     def screenshot(self):
         """What the page looks like, as PNG."""
         return base64.b64decode(self("Page.captureScreenshot")["data"])
+
+    def printed(self):
+        """The sheets of paper that the page makes, as images of 50 dots an inch: rows, columns and
+        red, green and blue from 0 to 1.
+        """
+        if shutil.which("pdftoppm") is None:
+            pytest.skip("there is no pdftoppm on this machine")
+        with TemporaryDirectory() as folder:
+            paper = Path(folder) / "paper.pdf"
+            paper.write_bytes(base64.b64decode(self("Page.printToPDF")["data"]))
+            subprocess.run(
+                ["pdftoppm", "-r", "50", "-png", paper, paper.with_suffix("")], check=True
+            )
+            return [matplotlib.image.imread(sheet)[..., :3] for sheet in
+                    sorted(Path(folder).glob("*.png"))]  # fmt: skip
 
     def close(self):
         self._session = None

@@ -1,7 +1,10 @@
 """The page of a check in a real browser: cards, pictures, filters, and the player of each."""
 
+import io
 import re
 
+import matplotlib.image
+import numpy as np
 import pytest
 
 import steadyload as sl
@@ -11,6 +14,7 @@ from steadyload.app.checking import Answer, check_all
 from steadyload.app.viewing import pick_layouts, write_views
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.formats import Format, write_layouts
+from steadyload.reports.viewer.picture import AMBER, MARKED
 from steadyload.runs.scoring import read_entries
 
 PALLET = Pallet(100, 60, 100)
@@ -71,6 +75,11 @@ def waits(browser, condition):
     assert said == "", condition
 
 
+def fills(picture, colour):
+    """How many shapes of a picture have a colour, as JavaScript."""
+    return f"{picture}.querySelectorAll('[fill=\"{colour}\"]').length"
+
+
 def names(browser):
     return browser.value(
         "[...document.querySelectorAll('#cards li:not([hidden]) .name')].map(n => n.textContent)"
@@ -86,28 +95,47 @@ def test_a_card_for_every_pallet_with_its_answer(page):
 
 
 def test_pictures_are_drawn_and_the_failing_box_is_red(page):
-    waits(page, "document.querySelector('.fails canvas').getContext('2d')"
-          ".getImageData(0, 0, 440, 330).data.some(v => v > 0)")  # fmt: skip
-    red = (
-        "(() => {{const d = document.querySelector('{} canvas').getContext('2d').getImageData("
-        "0, 0, 440, 330).data; let n = 0; for (let k = 0; k < d.length; k += 4) "
-        "n += d[k] > 150 && d[k + 1] < 60 && d[k + 2] < 60; return n;}})()"
-    )
-    assert page.value(red.format(".card.fails")) > 500
-    assert page.value(red.format(".card.stands")) == 0
+    red = page.value(f"[...document.querySelectorAll('.picture')].map(p => {fills('p', MARKED)})")
+    assert [count > 0 for count in red] == [False, True, False, False]
+    assert red[1] == 1 + 3, "the top of the box, which has the colour itself, and all sides through"
+    drawn = page.value("[...document.querySelectorAll('.picture')].map(p => p.textContent)")
+    assert drawn == ["+x+y+z"] * 3 + [""], "the axes of each that has a plan"
+    seen = matplotlib.image.imread(io.BytesIO(page.screenshot()), format="png")[..., :3]
+    assert coloured(seen)[0] > 500
 
 
-def test_a_marked_box_shines_through_one_that_stands_before_it(page):
-    reddish = (
-        "(() => {{const c = document.createElement('canvas'); c.width = c.height = 100; draw(c, {{"
-        "pallet: [20, 20, 20], boxes: [0, 0, 0, 10, 10, 10, 10, 0, 0, 10, 20, 20, 0, 0, 10, 10, "
-        "20, 10, 0, 10, 0, 10, 10, 10], order: [0, 1, 2, 3], marked: {}}});"
-        "const d = c.getContext('2d').getImageData(0, 0, 100, 100).data; let n = 0;"
-        "for (let k = 0; k < d.length; k += 4) n += d[k] > d[k + 1] && d[k] > 100 && d[k + 2] < 100"
-        "; return n;}})()"
-    )
-    assert page.value(reddish.format(0)) > 100
-    assert page.value(reddish.format("null")) == 0
+def coloured(image):
+    """Numbers of points of an image that have the colour of a marked box, and of other boxes."""
+    red, green, blue = np.moveaxis(image, -1, 0)
+    marked = (red > 0.6) & (green < 0.35) & (blue < 0.4)
+    return marked.sum(), (~marked & (image.max(axis=-1) - image.min(axis=-1) > 0.2)).sum()
+
+
+@pytest.mark.parametrize("width", [390, 1280])
+def test_every_picture_of_a_page_is_on_paper(browser, tmp_path, width):
+    """Also those below the first screen, to which nobody has scrolled."""
+    browser("Emulation.setDeviceMetricsOverride", width=width, height=400, deviceScaleFactor=1,
+            mobile=False)  # fmt: skip
+    found = []
+    for count in (1, 12):
+        cards = [column(f"{n}", 0.0, 3.0, 9.0) for n in range(count)]
+        path = write_views(cards, ["sme"], tmp_path / f"{count}.html")
+        browser("Page.navigate", url=path.resolve().as_uri())
+        waits(browser, "window.ready === true")
+        found.append(sum(np.array(coloured(sheet)) for sheet in browser.printed()))
+    one, all_of_them = found
+    assert one.min() > 50
+    assert all_of_them == pytest.approx(12 * one, rel=0.1)
+
+
+def test_a_player_that_is_open_is_on_paper_with_its_picture(page, checked):
+    page("Page.navigate", url="about:blank")
+    page("Page.navigate", url=checked.resolve().as_uri() + "#1")
+    waits(page, "document.querySelector('dialog iframe')?.contentWindow.player?.frames > 1")
+    [sheet] = page.printed()
+    marked, others = coloured(sheet)
+    assert marked > 200
+    assert others > 400
 
 
 def test_it_filters_by_answer_and_by_words_and_sorts(page):
@@ -132,8 +160,11 @@ def test_a_card_opens_the_player_of_its_loading(page):
     assert page.value(f"{inside}.document.querySelector('h1').textContent") == LAYOUTS[1].name
     assert page.value(f"{inside}.player.data.loadings[0].failing") == 2
     assert page.value(f"{inside}.player.data.loadings[0].steps[2].times.length") > 10
-    named = page.value(f"{inside}.document.querySelector('h2').textContent")
-    assert default_method(len(LAYOUTS[1])) in named
+    first, small = page.value(
+        f"[...{inside}.document.querySelectorAll('.chip, .notes')].map(e => e.textContent)"
+    )
+    assert first == "fails at box 3 of 4"
+    assert small.startswith(f"{default_method(len(LAYOUTS[1]))}; score 0.500 (2 of 4 placed)")
     assert page.value(f"{inside}.document.querySelector('.now.bad').textContent")
     page.value("later.click()")
     waits(page, f"{inside}?.player?.data.items.length === 2")
@@ -208,18 +239,23 @@ def test_a_crushed_box_and_a_load_that_fails_on_the_road_have_badges(browser, ba
     assert names(browser) == ["crushed"]
     answer = browser.value("document.querySelector('#cards .answer').textContent")
     assert answer == "crushed at step 3: box ART (step 1) bears 4 kg of 3"
-    crushed, tower, flat = browser.value("pictures.cards.map(c => [c.marked, c.amber])")
-    assert (crushed, flat) == ([1, True], [None, False])
-    assert tower[0] in range(5)
-    assert tower[1]
-    assert browser.value("pictures.cards[0].boxes.length") == 6 * 4
+    amber, red = (
+        browser.value(f"[...document.querySelectorAll('.picture')].map(p => {fills('p', colour)})")
+        for colour in (AMBER, MARKED)
+    )
+    assert amber == [4, 4, 0]
+    assert red == [0, 0, 0]
+    shapes = browser.value(
+        "document.querySelector('.picture').querySelectorAll('svg > path').length"
+    )
+    assert shapes == 1 + 3 * 4 + 3
     browser.value("document.querySelector('#cards button.card').click()")
     frame = "document.querySelector('dialog iframe')"
     waits(browser, f"{frame}?.contentWindow.player?.frames > 1")
     inside = f"{frame}.contentWindow"
     assert browser.value(f"{inside}.document.querySelector('.chip').textContent") == answer
     assert browser.value(f"{inside}.document.querySelector('.pane').className") == "pane crushed"
-    assert browser.value(f"{inside}.document.getElementById('step').textContent") == "step 3 of 4"
+    assert browser.value(f"{inside}.document.getElementById('step').textContent") == "box 4 of 5"
     now = browser.value(f"{inside}.document.querySelector('.now.bad').textContent")
     assert now == "box ART (step 1) bears more than it may"
     amber = (
@@ -259,6 +295,12 @@ def test_a_card_plays_the_plan_and_its_repair(browser, tmp_path):
     assert browser.value(f"{inside}.player.data.loadings[0].planned[{moved.sequence}][0]") == (
         pytest.approx(moved.position[0] + 5.0)
     )
+    amber = (
+        f"{inside}.player.panes[0].stage.boxes.filter("
+        f"b => b.body.material.color.equals(new b.body.material.color.constructor('{AMBER}')))"
+        ".map(b => b.item)"
+    )
+    assert browser.value(amber) == [moved.sequence]
     told = f"[...{inside}.document.querySelectorAll('header li')].map(c => c.textContent)"
     assert browser.value(told) == repair.sentences
     assert browser.value("playing.textContent").endswith(": repaired")

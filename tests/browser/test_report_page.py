@@ -184,12 +184,18 @@ def test_cases_on_which_two_methods_differ_open_their_player(kind, opened, reque
         "[...r.cells].slice(0, 2).map(c => c.textContent))"
     )
     assert {tuple(case) for case in listed} == {*differ.index}
+    rows = (
+        "[...document.querySelector('.cases tbody tr').cells].slice(2, 4).map(c => c.textContent)"
+    )
+    steps = said.loc[tuple(listed[0]), ["fbs", "sme"]]
+    told = [(f"box {int(step) + 1}" if step >= 0 else "stable") for step in steps]
+    assert page.value(rows) == told
     page.value("document.querySelector('.cases td button').click()")
     inside = "document.querySelector('dialog iframe').contentWindow"
     waits(page, f"{inside}.player && {inside}.player.frames > 1")
     assert listed[0][0] in page.value("document.getElementById('playing').textContent")
     items = len(load_benchmark().layout(*listed[0]).items)
-    assert f"{items} item" in page.value(f"{inside}.document.querySelector('header').textContent")
+    assert f"{items} box" in page.value(f"{inside}.document.querySelector('header').textContent")
     page.value("document.getElementById('close').click()")
     waits(page, "!document.querySelector('dialog iframe')")
 

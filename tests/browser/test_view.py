@@ -59,7 +59,7 @@ def test_boxes_are_named_by_their_ids(browser, tmp_path):
     browser.open(page)
     assert browser.errors == []
     assert browser.value("document.querySelector('.chip').textContent") == (
-        "fails at box SKU-<b>1 (step 1)"
+        "fails at box SKU-<b>1 (2nd of 4)"
     )
     assert now(browser) == "box SKU-<b>1 (step 1) would not stand"
     assert browser.value("player.box(3)") == "box SKU-<b>3 (step 3)"
@@ -102,7 +102,7 @@ def test_it_opens_at_the_verdict_with_its_numbers(browser, alone):
     red = f"{BOXES.format(0)}.filter(b => !b.body.material.color.equals(b.own)).map(b => b.item)"
     assert browser.value(red) == [said.moved_item]
     chip = browser.value("document.querySelector('.chip').textContent")
-    assert chip == f"fails at step {FAILING}"
+    assert chip == "fails at box 3 of 4"
 
 
 def test_keys_step_through_the_loading(browser, alone):
@@ -113,7 +113,7 @@ def test_keys_step_through_the_loading(browser, alone):
     for _ in range(3):
         browser.press("ArrowRight")
         seen.append((shown(browser), browser.value("step.textContent")))
-    assert seen == [(1, "step 0 of 3"), (2, "step 1 of 3"), (3, "step 2 of 3")]
+    assert seen == [(1, "box 1 of 4"), (2, "box 2 of 4"), (3, "box 3 of 4")]
     planned = leaning().items[2]
     fallen = place(browser, 2)
     assert fallen[1] < planned.position[1] + planned.size[1] / 2 - 3.0
@@ -140,11 +140,26 @@ def test_space_plays_and_pauses(browser, alone):
     assert browser.value("player.position") == halted
 
 
-def test_the_scrubber_moves_what_falls(browser, alone):
+def test_the_slider_goes_from_box_to_box(browser, alone):
+    browser.open(alone)
+    slider = "[Number(scrub.value), Number(scrub.min), Number(scrub.max), scrub.ariaValueText]"
+    assert browser.value(slider) == [3, 1, 4, "box 3 of 4"]
+    for value, seen in ((1, 1), (2, 2), (3, 3), (4, 3)):
+        browser.value(f"scrub.value = {value}; scrub.dispatchEvent(new Event('input'))")
+        assert shown(browser) == seen
+        assert browser.value(slider) == [seen, 1, 4, f"box {seen} of 4"]
+    left = browser.value(
+        "(([m, r]) => (m.left + m.width / 2 - r.left - 8) / (r.width - 16))([document.querySelector"
+        "('.marks i'), scrub].map(e => e.getBoundingClientRect()))"
+    )
+    assert left == pytest.approx(2 / 3, abs=0.02), "the mark stands where the slider has box 3 of 4"
+
+
+def test_what_falls_moves_through_its_step(browser, alone):
     browser.open(alone)
     heights = []
     for position in (2.3, 2.6, 2.8, 3.0):
-        browser.value(f"scrub.value = {position}; scrub.dispatchEvent(new Event('input'))")
+        browser.value(f"player.jump({position})")
         heights.append(place(browser, 2)[1])
     assert heights[0] == pytest.approx(25.0, abs=0.01)
     assert heights == sorted(heights, reverse=True)
@@ -183,6 +198,18 @@ def test_a_screenshot_shows_boxes_of_several_colours(browser, beside, width, hei
         "([...document.querySelectorAll('.pane')].map(p => p.getBoundingClientRect()))"
     )
     assert (across > 300, down > 200) == (width > 760, width <= 760)
+
+
+@pytest.mark.parametrize("width", [390, 1280])
+def test_it_prints_its_pictures_with_the_whole_load(browser, beside, width):
+    browser.open(beside, width=width)
+    [sheet] = browser.printed()
+    red = (sheet[..., 0] > 0.5) & (sheet[..., 1] < 0.35) & (sheet[..., 2] < 0.45)
+    blue = (sheet[..., 2] > 1.3 * sheet[..., 0]) & (sheet[..., 2] > 0.3)
+    middle = sheet.shape[1] // 2
+    for half in (np.s_[:, :middle], np.s_[:, middle:]):
+        assert red[half].sum() > 100
+        assert blue[half].sum() > 400
 
 
 def test_every_control_has_a_name_and_can_be_reached(browser, alone):
@@ -240,19 +267,34 @@ def test_all_that_is_said_has_the_axes_and_units_of_the_file(browser, tmp_path):
         " player.point({ clientX: 1, clientY: 1 }, stage, tip); })()"
     )
     assert browser.value("player.panes[0].tip.textContent") == (
-        "box A (step 0): 400 × 200 × 300 mm, 2500 g, centre of mass −20 mm in x, +15 mm in y"
+        "box A (step 0): 400 × 200 × 300 mm, 2.5 kg, centre of mass −20 mm in x, +15 mm in y"
     )
     assert browser.errors == []
+
+
+def test_the_axes_of_the_file_are_arrows_beside_the_pallet(browser, tmp_path):
+    frame = Frame(("y", "z", "x"), "mm", "g")
+    browser.open(write_view(leaning(), ["sme"], tmp_path / "view.html", frame=frame))
+    arrows = (
+        "player.panes[0].stage.axes.children.map(a => [a.children[2].name, "
+        "...a.children[2].getWorldPosition(new THREE.Vector3()).sub(a.parent.position)"
+        ".normalize().toArray().map(Math.round)])"
+    )
+    assert browser.value(arrows) == [["+y", 1, 0, 0], ["+z", 0, 1, 0], ["+x", 0, 0, 1]]
+    image = matplotlib.image.imread(io.BytesIO(browser.screenshot()), format="png")[..., :3]
+    stage = image[100:600, 300:640]  # left of the load, without buttons
+    blue = (stage[..., 2] > 0.7) & (stage[..., 0] < 0.25) & (stage[..., 1] < 0.45)
+    assert blue.sum() > 300
 
 
 def test_lengths_are_shown_on_demand_of_the_pallet_and_of_a_box(browser, alone):
     browser.open(alone)
     stage = "player.panes[0].stage"
-    texts = f"[...{stage}.axes.children, ...({stage}.sides?.children ?? [])].length"
-    assert browser.value(f"{stage}.axes.visible") is False
+    texts = f"[...{stage}.lengths.children, ...({stage}.sides?.children ?? [])].length"
+    assert browser.value(f"{stage}.lengths.visible") is False
     assert browser.value(f"{stage}.sides") is None
     browser.press("m")
-    assert browser.value(f"{stage}.axes.visible") is True
+    assert browser.value(f"{stage}.lengths.visible") is True
     assert browser.value(f"{stage}.sides.item") == FAILING
     assert browser.value(texts) == 12, "three lines with their texts, twice"
     lengths = f"{stage}.sides.children.filter(c => c.isLine).map(c => " \

@@ -391,7 +391,7 @@ def test_weights_are_in_the_unit_of_the_file(run, tmp_path):
     )
     words = ["--units", "mm", "--up", "z", "--weight", "g", "-m", "sme"]
     status, out, _ = run([file], *words, "--html", str(tmp_path))
-    said = "crushed when the 2nd box is placed: box A (1st of 2) bears 9000 g of 5000"
+    said = "crushed when the 2nd box is placed: box A (1st of 2) bears 9 kg of 5"
     assert status == 1
     assert said in out
     assert said in (tmp_path / "index.html").read_text()

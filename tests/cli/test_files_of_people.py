@@ -282,5 +282,5 @@ def test_the_viewer_names_boxes_and_escapes_them(folder, capsys):
     write_layouts(folder / "a.json", [leaning("A", ("<i>", "<script>x"))], Format.NATIVE)
     assert run(capsys, "view", "a.json", "-m", "fbs")[0] == 0
     page = (folder / "view.html").read_text()
-    assert "fails at box &lt;script&gt;x (2nd of 2)" in page
+    assert "fails at box &lt;script&gt;x (2nd of 2)<" in page
     assert "<script>x" not in page

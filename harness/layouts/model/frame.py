@@ -103,6 +103,28 @@ class Frame:
         """A weight [kg] as a file would state it, without its unit."""
         return f"{kg / self.kg:.12g}"
 
+    @property
+    def spoken_weight(self) -> str:
+        """The unit in which people read weights, a key of :data:`WEIGHT_UNITS`: kg, not g."""
+        return "kg" if self.weight == "g" else self.weight
+
+    @property
+    def spoken_kg(self) -> float:
+        """Kilograms in the unit in which people read weights."""
+        return float(WEIGHT_UNITS[self.spoken_weight])
+
+    def spoken(self, kg: float, *, finely: bool = False) -> str:
+        """A weight [kg] as people read it: "247.3 kg", and "2.54 kg" or "0.125 kg" below 10 kg.
+
+        Args:
+            kg: the weight [kg].
+            finely: with nine digits.
+        """
+        value = kg / self.spoken_kg
+        text = f"{round(value, 1):.12g}" if value >= 10.0 else f"{value:.3g}"
+        text = f"{value:.9g}" if finely else text
+        return f"{text} {self.spoken_weight}"
+
     def in_plan(self, width: float, depth: float) -> tuple[float, float]:
         """Lengths along our x and z in the order of the file's axes."""
         return (width, depth) if self.axes[0] < self.axes[2] else (depth, width)

@@ -28,19 +28,14 @@ class Crushed:
     allowed_kg: float
 
     def sentence(self, frame: Frame) -> str:
-        """The box and its load, in the unit of weights of a frame."""
-        said = (self.bears_kg / frame.kg, self.allowed_kg / frame.kg)
-        bears, allowed = map(_rounded, said)
+        """The box and its load, in the unit in which people read weights."""
+        bears, allowed = frame.spoken(self.bears_kg), frame.spoken(self.allowed_kg)
         if bears == allowed:
-            bears, allowed = (f"{weight:.9g}" for weight in said)
-        bears = f"{bears} {frame.weight}"
+            bears = frame.spoken(self.bears_kg, finely=True)
+            allowed = frame.spoken(self.allowed_kg, finely=True)
+        allowed = allowed.removesuffix(f" {frame.spoken_weight}")
         placed = f"the {ordinal(self.step + 1)} box"
         return f"crushed when {placed} is placed: {self.label} bears {bears} of {allowed}"
 
     def __str__(self) -> str:
         return self.sentence(Frame())
-
-
-def _rounded(weight: float) -> str:
-    """A weight to four digits, and all of those before its point."""
-    return f"{weight:.4g}" if weight < 1e3 else f"{weight:.0f}"

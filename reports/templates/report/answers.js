@@ -4,7 +4,7 @@ const STABLE = -1;
 
 function saidText(value) {
   if (value === null) return "no verdict";
-  return value === STABLE ? "stable" : `step ${value}`;
+  return value === STABLE ? "stable" : `box ${value + 1}`;
 }
 
 // From yellow, where all is the same, to a deep red.

@@ -2,43 +2,7 @@
 
 const cards = [...document.querySelectorAll("#cards li")];
 const dialog = find("dialog");
-let pictures = null, shared = null, opened = null, asked = "player";
-
-// A load, seen from high x, y and z.
-function draw(canvas, { pallet, boxes: flat, order, marked, amber }) {
-  const { ramp, wood, edge } = pictures, mark = amber ? pictures.amber : pictures.red;
-  const boxes = [];
-  for (let k = 0; k < flat.length; k += 6) boxes.push(flat.slice(k, k + 6));
-  const flatPoint = ([x, y, z]) => [(x - z) * 0.866, (x + z) * 0.5 - y];
-  const [width, , depth] = pallet, deck = [[0, 0, 0], [width, 0, 0], [width, 0, depth], [0, 0, depth]];
-  const corners = boxes.flatMap(([x, y, z, w, h, d]) => [[x, y + h, z], [x + w, y, z], [x + w, y, z + d], [x, y, z + d], [x, y + h, z + d], [x + w, y + h, z]]);
-  const points = [...deck, ...corners].map(flatPoint);
-  const low = [0, 1].map((k) => Math.min(...points.map((p) => p[k]))), high = [0, 1].map((k) => Math.max(...points.map((p) => p[k])));
-  const scale = Math.min((canvas.width - 24) / (high[0] - low[0] || 1), (canvas.height - 24) / (high[1] - low[1] || 1));
-  const shift = [canvas.width, canvas.height].map((side, k) => (side - scale * (low[k] + high[k])) / 2);
-  const pen = canvas.getContext("2d");
-  pen.lineJoin = "round";
-  const face = (corners3, colour) => {
-    pen.beginPath();
-    corners3.map(flatPoint).forEach((p, n) => pen[n ? "lineTo" : "moveTo"](...p.map((v, k) => scale * v + shift[k])));
-    pen.closePath();
-    pen.fillStyle = colour;
-    pen.fill();
-    pen.strokeStyle = `${edge}99`;
-    pen.stroke();
-  };
-  const sides = (n, colours) => {
-    const [x, y, z, w, h, d] = boxes[n], [X, Y, Z] = [x + w, y + h, z + d];
-    face([[x, Y, z], [X, Y, z], [X, Y, Z], [x, Y, Z]], colours[0]);
-    face([[X, y, z], [X, Y, z], [X, Y, Z], [X, y, Z]], colours[1]);
-    face([[x, y, Z], [X, y, Z], [X, Y, Z], [x, Y, Z]], colours[2]);
-  };
-  face(deck, wood);
-  for (const n of order) sides(n, n === marked ? mark : ramp[Math.floor((ramp.length * n) / boxes.length)]);
-  if (marked === null) return;
-  pen.globalAlpha = 0.5; // it shines through what stands before it
-  sides(marked, [mark[0], mark[0], mark[0]]);
-}
+let shared = null, opened = null, asked = "player";
 
 function filter() {
   const kind = document.querySelector(".kinds [aria-pressed=true]").dataset.kind;
@@ -114,16 +78,9 @@ function listen() {
 
 (async () => {
   try {
-    pictures = JSON.parse(await unpacked("pictures"));
+    const pictures = JSON.parse(await unpacked("pictures"));
     shared = JSON.parse(await unpacked("shared"));
-    const seen = new IntersectionObserver((entries) => {
-      for (const { target, isIntersecting } of entries) {
-        if (!isIntersecting) continue;
-        seen.unobserve(target);
-        draw(target.querySelector("canvas"), pictures.cards[target.dataset.number]);
-      }
-    }, { rootMargin: "400px" });
-    cards.forEach((card) => seen.observe(card));
+    for (const card of cards) card.querySelector(".picture").innerHTML = pictures[card.dataset.number] ?? "";
     listen();
     filter();
     const first = cards.find((card) => location.hash === `#${card.dataset.number}` && card.querySelector("button"));

@@ -1,4 +1,6 @@
-// Lengths on demand: the axes of the pallet, and the sides of one box.
+// The axes, and lengths on demand: the sides of the pallet, and those of one box.
+
+const AXES = "#2f5fd0";
 
 // A text that faces the camera and keeps its size.
 function written(text) {
@@ -18,6 +20,7 @@ function written(text) {
   const sprite = new THREE.Sprite(new THREE.SpriteMaterial({ map: texture, depthTest: false, sizeAttenuation: false }));
   sprite.scale.set((0.022 * canvas.width) / canvas.height, 0.022, 1);
   sprite.renderOrder = 5;
+  sprite.name = text;
   return sprite;
 }
 
@@ -38,14 +41,35 @@ function ruled(lines, colour, along) {
 // A length [cm] in the page's unit, as a number.
 const inUnit = (length, units) => +(length / units.cm).toFixed(units.decimals);
 
-// The pallet's axes from its origin, where x, y and z are 0.
-function axesOf([w, h, d], [x, y, z], units) {
+// The axes: short arrows with their names, beside the corner of the pallet that is seen at the left.
+function axesOf([w, , d], names) {
+  const group = new THREE.Group(), most = Math.max(w, d), length = 0.14 * most, aside = 0.02 * most;
+  names.forEach((name, k) => {
+    const way = new THREE.Vector3().setComponent(k, 1), thick = 0.006 * most;
+    const paint = new THREE.MeshBasicMaterial({ color: AXES, depthTest: false });
+    const shaft = new THREE.Mesh(new THREE.CylinderGeometry(thick, thick, length), paint);
+    const head = new THREE.Mesh(new THREE.ConeGeometry(3 * thick, 0.3 * length), paint);
+    const label = written(`+${name}`), arrow = new THREE.Group();
+    shaft.position.y = length / 2;
+    head.position.y = length;
+    label.position.y = 1.45 * length;
+    shaft.renderOrder = head.renderOrder = 4;
+    arrow.add(shaft, head, label);
+    arrow.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), way);
+    group.add(arrow);
+  });
+  group.position.set(-aside, 0, d + aside);
+  return group;
+}
+
+// The sides of the pallet, from its origin, where x, y and z are 0.
+function lengthsOf([w, h, d], units) {
   const said = (length) => `${inUnit(length, units)} ${units.length}`;
   return ruled([
-    { from: [0, 0, 0], to: [w, 0, 0], text: `${x} ${said(w)}` },
-    { from: [0, 0, 0], to: [0, h, 0], text: `${y} ${said(h)}` },
-    { from: [0, 0, 0], to: [0, 0, d], text: `${z} ${said(d)}` },
-  ], "#2f5fd0", 1.04);
+    { from: [0, 0, 0], to: [w, 0, 0], text: said(w) },
+    { from: [0, 0, 0], to: [0, h, 0], text: said(h) },
+    { from: [0, 0, 0], to: [0, 0, d], text: said(d) },
+  ], AXES, 1.04);
 }
 
 // The sides of a box about its centre, at the edges that face high x, y and z.

@@ -35,7 +35,7 @@ class Player {
   home() {
     const [w, h, d] = this.data.pallet, tops = this.data.loadings[0].planned.map((at, n) => at[1] + this.data.items[n].size[1] / 2);
     const top = Math.max(...tops);
-    this.view = { yaw: 0.65, pitch: 0.42, distance: 1.95 * Math.hypot(w, 0.8 * top + 0.2 * h, d), target: new THREE.Vector3(w / 2, 0.4 * top, d / 2) };
+    this.view = { yaw: 0.65, pitch: 0.42, distance: 2.05 * Math.hypot(w, 0.8 * top + 0.2 * h, d), target: new THREE.Vector3(w / 2, 0.4 * top, d / 2) };
     this.dirty = true;
   }
 
@@ -47,8 +47,8 @@ class Player {
     const share = this.position - this.step;
     const seen = this.panes.map(({ stage }) => stage.show(this.step, share));
     seen.forEach((what, n) => this.say(this.panes[n], what));
-    find("step").textContent = `step ${this.step} of ${this.data.items.length - 1}`;
-    find("scrub").value = this.position;
+    find("step").textContent = `box ${this.step + 1} of ${this.data.items.length}`;
+    find("scrub").value = this.step + 1;
     find("scrub").setAttribute("aria-valuetext", find("step").textContent);
     const told = seen.map((what, n) => `${this.data.loadings[n].method}: ${this.sentence(n, what)}`).join(". ");
     if (!this.playing && told !== find("live").textContent) find("live").textContent = told;
@@ -56,9 +56,9 @@ class Player {
   }
 
   sentence(n, { at, ended, failed, moved, time, after, simulated }) {
-    const loading = this.data.loadings[n], { cm, decimals, length } = this.data.units;
-    const seen = moved && (failed || Math.max(moved[1], moved[2]) >= 0.05);
-    const motion = seen ? `${this.box(moved[0])} moved ${(moved[1] / cm).toFixed(decimals)} ${length}, ${moved[2].toFixed(1)}°` : "";
+    const loading = this.data.loadings[n], { decimals, length } = this.data.units;
+    const seen = moved && (failed || Math.max(moved[1], moved[2]) > 0);
+    const motion = seen ? `${this.box(moved[0])} moved ${moved[1].toFixed(decimals)} ${length}, ${moved[2].toFixed(1)}°` : "";
     const clock = `t = ${time.toFixed(2)} s`;
     if (failed && loading.crushed) return `${this.box(loading.moved)} bears more than it may`;
     if (failed && !simulated) return `${this.box(loading.moved ?? at)} would not stand`;
@@ -123,13 +123,13 @@ class Player {
     for (const [id, act] of Object.entries(acts)) find(id).onclick = act;
     const redraw = () => { this.dirty = true; };
     for (const id of TOGGLES) find(id)?.addEventListener("change", redraw);
-    find("scrub").max = this.steps;
+    find("scrub").max = this.data.items.length;
     find("scrub").oninput = () => this.jump(Number(find("scrub").value));
     for (const { failing } of this.data.loadings) {
       if (failing === null) continue;
       const mark = document.createElement("i");
       // The middle of a range's thumb stays half a thumb away from both ends.
-      mark.style.left = `calc(8px + (100% - 16px) * ${(failing + PLACING) / this.steps})`;
+      mark.style.left = `calc(8px + (100% - 16px) * ${failing / Math.max(this.data.items.length - 1, 1)})`;
       document.querySelector(".marks").append(mark);
     }
     new ResizeObserver(redraw).observe(document.querySelector("main"));
@@ -217,7 +217,7 @@ class Player {
     const sides = inOrder.map((k) => inUnit(size[k], units)).join(" × ");
     const shifts = inOrder.map((k) => [inUnit(offset[k], units), axes[k]]).filter(([shift]) => shift);
     const shifted = shifts.map(([shift, axis]) => `${shift > 0 ? "+" : "−"}${Math.abs(shift)} ${units.length} in ${axis}`);
-    tip.textContent = `${this.box(n)}: ${sides} ${units.length}, ${+(weight / units.kg).toFixed(2)} ${units.weight}, centre of mass ${shifted.join(", ") || "in the middle"}`;
+    tip.textContent = `${this.box(n)}: ${sides} ${units.length}, ${weight}, centre of mass ${shifted.join(", ") || "in the middle"}`;
     tip.style.left = `${Math.min(event.clientX - area.left + 14, area.width - 220)}px`;
     tip.style.top = `${event.clientY - area.top + 14}px`;
   }

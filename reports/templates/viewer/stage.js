@@ -63,7 +63,7 @@ class Stage {
   constructor(canvas, data, loading) {
     Object.assign(this, { canvas, data, loading });
     THREE.ColorManagement.legacyMode = false; // colours are given as screens show them
-    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true });
+    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true, preserveDrawingBuffer: true }); // kept for printing
     this.renderer.outputEncoding = THREE.sRGBEncoding;
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = THREE.PCFSoftShadowMap;
@@ -77,8 +77,9 @@ class Stage {
     this.plan = new THREE.LineSegments(outline, new THREE.LineDashedMaterial({ color: RED, dashSize: 0.06, gapSize: 0.04 }));
     this.plan.computeLineDistances();
     this.scene.add(this.plan);
-    this.axes = axesOf(data.pallet, data.axes, data.units);
-    this.scene.add(this.axes);
+    this.axes = axesOf(data.pallet, data.axes);
+    this.lengths = lengthsOf(data.pallet, data.units);
+    this.scene.add(this.axes, this.lengths);
     this.forces = forcesOf(data.forces, data.pallet, data.units);
     this.scene.add(this.forces);
     this.sides = null;
@@ -138,13 +139,13 @@ class Stage {
   box(item, n, dot) {
     const shape = new THREE.BoxGeometry(...item.size);
     const body = new THREE.Mesh(shape, new THREE.MeshStandardMaterial({
-      color: bySequence(n, this.data.items.length), roughness: 0.85, polygonOffset: true,
+      color: this.data.moved.includes(n) ? AMBER : bySequence(n, this.data.items.length), roughness: 0.85, polygonOffset: true,
       polygonOffsetFactor: 1, polygonOffsetUnits: 1,
     }));
     body.castShadow = body.receiveShadow = true;
     const edges = new THREE.LineSegments(new THREE.EdgesGeometry(shape),
       new THREE.LineBasicMaterial({ color: "#10151f", transparent: true, opacity: 0.6 }));
-    const label = numberOn(item.size, String(n), 0.09 * Math.hypot(...this.data.pallet));
+    const label = numberOn(item.size, String(n + 1), 0.09 * Math.hypot(...this.data.pallet));
     // Drawn over its own box, in which a centre of mass lies; hidden behind others, see draw.
     const mass = new THREE.Sprite(new THREE.SpriteMaterial({ map: dot, depthTest: false, sizeAttenuation: false }));
     mass.scale.setScalar(0.011);
@@ -225,7 +226,7 @@ class Stage {
   // The sides of the box under the pointer, or else of the one placed last.
   measure(wanted) {
     const item = wanted ? this.pointed ?? this.placed : null;
-    this.axes.visible = wanted;
+    this.lengths.visible = wanted;
     if (this.sides?.item === item) return;
     this.sides?.removeFromParent();
     this.sides = item === null ? null : Object.assign(sidesOf(this.data.items[item].size, this.data.units), { item });
