@@ -13,14 +13,15 @@ from steadyload.app.answers import Answer as Answer
 from steadyload.app.answers import Check as Check
 from steadyload.app.answers import Reliability
 from steadyload.app.check_defaults import GAPS_CM, default_method, default_methods
-from steadyload.app.faults import Fault, fault_of
+from steadyload.app.faults import fault_of
 from steadyload.app.recommend.front import Front, FrontError, front_for
 from steadyload.app.recommend.kept import load_fronts
+from steadyload.app.remedies import prepare_remedies, remedy_of
 from steadyload.errors import UserError
 from steadyload.layouts.files.record import Refused
 from steadyload.layouts.model.footing import gaps, largest
 from steadyload.layouts.model.frame import Frame
-from steadyload.layouts.model.layout import Item, Layout, Pallet, require_layout
+from steadyload.layouts.model.layout import Layout, require_layout
 from steadyload.layouts.model.naming import box_id, with_ids
 from steadyload.layouts.model.question import Question
 from steadyload.methods.contract.method import (
@@ -45,7 +46,6 @@ from steadyload.statics.bearing.crushing import first_crushed
 from steadyload.transport.rules import Rule, rule_named, rule_of
 
 if TYPE_CHECKING:
-    from steadyload.repairing.remedy import Remedy
     from steadyload.transport.trials import RuleAnswer
 
 _FEW = 100
@@ -107,7 +107,7 @@ def check(
         fault=fault,
         balance_lost_box=None if fault.lost is None else box_id(layout.items, fault.lost.step),
         reason=fault.sentence(layout, found.frame),
-        remedy=_remedy(layout, fault, found.frame),
+        remedy=remedy_of(layout, fault, found.frame),
     )
 
 
@@ -187,18 +187,6 @@ def _on_the_road(layout: Layout, rule: Rule | None, method: Method) -> RuleAnswe
     from steadyload.transport.trials import answer_rule
 
     return answer_rule(layout, rule, method)
-
-
-def _remedy(layout: Layout, fault: Fault, frame: Frame) -> str:
-    """The smallest change by which the failing step would stand, in a sentence.
-
-    Where nothing helps there, and balance is lost before, that by which balance would be kept.
-    """
-    found = _look_for_remedy(layout, fault.step)
-    if found is not None and not found.helps and fault.lost and fault.lost.step < fault.step:
-        earlier = _look_for_remedy(layout, fault.lost.step)
-        found = earlier if earlier is not None and earlier.helps else found
-    return "" if found is None else found.sentence(layout, frame)
 
 
 def _unless_crushed(
@@ -324,7 +312,7 @@ def _check(unit: _Entry, tells: bool = False) -> Iterator[Check]:
     method = method_named(unit.method)
     method.prepare(len(unit.layout))
     if unit.timeout is not None:
-        _prepare_remedies()
+        prepare_remedies()
     return _checked(unit, method)
 
 
@@ -344,23 +332,6 @@ def _checked(unit: _Entry, method: Method) -> Iterator[Check]:
         gaps_cm=unit.gaps_cm,
         frame=unit.frame,
     )
-
-
-@cache
-def _prepare_remedies() -> None:
-    """Compile what the look for a remedy calls, or load the compiled code."""
-    side = (20.0, 20.0, 20.0)
-    boxes = (Item(0, (0.0, 0.0, 0.0), side, 5.0), Item(1, (15.0, 20.0, 0.0), side, 5.0))
-    _look_for_remedy(Layout("leans", Pallet(100.0, 100.0, 100.0), boxes), 1)
-
-
-def _look_for_remedy(layout: Layout, step: int) -> Remedy | None:
-    """See :func:`steadyload.repairing.remedy.remedy`, whose compiled code is loaded when a plan
-    fails.
-    """
-    from steadyload.repairing.remedy import remedy
-
-    return remedy(layout, step)
 
 
 def _at_once(methods: Sequence[Method], units: Sequence[_Entry]) -> bool:

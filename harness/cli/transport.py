@@ -131,7 +131,7 @@ def _record(file: str, layout: Any, found: dict[str, Any]) -> dict[str, Any]:
 
 
 def _movement(record: dict[str, Any]) -> tuple[str, str]:
-    """The box that moves, by its id or else its number from 1, and how, or why there is no answer."""
+    """The box that moves, by its id or its number from 1, and how; or why there is no answer."""
     if record.get("held"):
         return "-", "-"
     item = record["moved_item"]

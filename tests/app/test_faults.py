@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from plans import random_plan
 
 from steadyload import check
-from steadyload.app import checking
 from steadyload.app.faults import fault_of
+from steadyload.app.remedies import remedy_of
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.model.footing import Side
 from steadyload.layouts.model.frame import Frame
@@ -198,7 +198,7 @@ def test_a_remedy_tries_the_step_at_which_balance_is_lost():
     fault = fault_of(layout, verdict, "label@mujoco")
     assert (fault.step, fault.lost.step) == (6, 3)
     assert not remedy(layout, 6).helps
-    assert checking._remedy(layout, fault, Frame()) == (
+    assert remedy_of(layout, fault, Frame()) == (
         "box D (4th of 7) would stand if it were loaded after box E (5th of 7); "
         "box C (3rd of 7) gives way below it"
     )

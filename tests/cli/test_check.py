@@ -20,9 +20,9 @@ from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.benchmark.parts import REAL
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.model.layout import Item, Layout, Pallet
-from steadyload.methods import registry
 from steadyload.methods.contract.method import Status
 from steadyload.methods.registry import make_method
+from steadyload.runs import able
 from steadyload.runs.scoring import read_entries
 from steadyload.transport.rules import Rule
 
@@ -234,12 +234,6 @@ def test_files_beyond_the_limit_are_not_read(run, tmp_path):
     status, _, err = run([good, bad])
     assert status == 2
     assert "is empty" in err
-
-
-def test_a_method_of_the_other_question_says_so(run):
-    _, _, err = run([STANDING], "-m", "ps_opt@mujoco")
-    assert "looks at the first 0.3 s" in err
-    assert run([STANDING])[2] == ""
 
 
 def test_a_reader_that_closes_the_pipe_takes_no_status(tmp_path):
@@ -585,7 +579,7 @@ def test_the_default_method_is_made_once_and_one_that_is_named_every_time(monkey
         made.append(spec)
         return make_method(spec)
 
-    monkeypatch.setattr(registry, "make_method", counted)
+    monkeypatch.setattr(able, "make_method", counted)
     monkeypatch.setattr(checking, "make_method", counted)
     checking._default.cache_clear()
     for _ in range(3):
@@ -619,7 +613,7 @@ def test_a_rule_of_the_road_is_asked_of_the_complete_load(run):
 def test_a_simulation_answers_for_the_road_itself(run):
     words = ("--transport", "eumos40509", "-m", "label@mujoco", "--json")
     flat, tall = json.loads(run([FLAT, TALL], *words)[1])
-    assert flat["transport_method"] == tall["transport_method"] == "label@mujoco"
+    assert flat["transport_method"] == tall["transport_method"] == "label@mujoco:question=stands"
     assert (flat["transport_held"], tall["transport_held"]) == (True, False)
     assert (tall["transport_direction_deg"], tall["transport_moved_item"]) == (0.0, 0)
     assert tall["transport_mode"] == "tips"

@@ -13,7 +13,7 @@ from steadyload.methods.registry import make_method
     (Verdict(20), "stands, all 20 items placed (score 1)"),
     (Verdict(20, failing_step=5), "fails at box 6 of 20 (score 0.25)"),
     (Verdict(20, failing_step=5, reason="item 4 tips"),
-     "fails at box 6 of 20 (score 0.25): item 4 tips"),
+     "fails at box 6 of 20 (score 0.25): box 5 of 20 tips"),
     (Verdict(3, failing_step=2, moved_item=1, displacement=13.06, rotation=12.04, reason="long"),
      "fails at box 3 of 3 (score 0.667): box 2 of 3 moved 13.1 cm, 12.0 degrees"),
     (Verdict(20, Status.REFUSED, reason="too many items"),

@@ -93,7 +93,7 @@ Source = str | Path | Content
 
 
 def source_of(given: File) -> Source:
-    """What a caller gave to be read, as what can be read more than once: a path, or bytes.
+    """The path or the content that a caller gave to be read, which can be read more than once.
 
     Args:
         given: a path, ``-`` for standard input, the bytes themselves, or a file that is open to be

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Protocol
 
 _ITEM = re.compile(r"\bitem ([0-9]{1,9})\b")
@@ -17,6 +18,15 @@ class Named(Protocol):
     @property
     def name(self) -> str:
         """The id."""
+
+
+@dataclass(frozen=True)
+class _Nameless:
+    name: str = ""
+
+
+NAMELESS = _Nameless()
+"""A box without an id."""
 
 
 def box_label(step: int, name: str, count: int | None = None) -> str:

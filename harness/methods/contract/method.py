@@ -8,18 +8,16 @@ from functools import partial
 from typing import Any, ClassVar, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from steadyload.layouts.model.batch import LayoutBatch
 from steadyload.layouts.model.growing import GrowingLayout
 from steadyload.layouts.model.layout import (
-    FloatArray,
-    Item,
     Layout,
     require_layout,
     require_layouts,
 )
 from steadyload.methods.contract.declared import EVERY_LAYOUT, LayoutRange, MovementLimits, Trait
+from steadyload.methods.contract.loader import Loader as Loader
 from steadyload.methods.contract.spec import MethodSpec, SpecError
 from steadyload.methods.contract.stopwatch import Phase as Phase
 from steadyload.methods.contract.stopwatch import Seconds as Seconds
@@ -81,68 +79,6 @@ def finding_by(find: Callable[[Stopwatch], Finding], watch: Stopwatch) -> Findin
         return Finding(status=Status.REFUSED, reason=str(error))
     except TimeoutExpiredError as error:
         return Finding(status=Status.TIMEOUT, reason=str(error))
-
-
-class Loader(ABC):
-    """Judges the items of a growing layout as they are placed, each once: see :meth:`Method.begin`.
-
-    Only the last placement may have failed; whoever calls takes that item off again before the
-    next. A loader's finding on a placement is that of :meth:`Method.judge` on the layout by then.
-    A loader implements :meth:`place`, or :meth:`load` where it judges an item as it puts it on.
-
-    Args:
-        layout: what is loaded; it is changed by whoever calls.
-    """
-
-    def __init__(self, layout: GrowingLayout) -> None:
-        self.layout = layout
-
-    def load(self, item: Item, watch: Stopwatch) -> Finding:
-        """Put the next item on the layout and judge that; one that fails may be left there.
-
-        Args:
-            item: its sequence number is the number of items.
-            watch: of the judgement.
-
-        Raises:
-            LayoutError: the item cannot be there; nothing has changed.
-            RefusedError: the method does not apply.
-        """
-        self.layout.put(item)
-        return self.place(watch)
-
-    def place(self, watch: Stopwatch) -> Finding:
-        """Judge the placement of the item that was put on the layout last.
-
-        All items before it stand. May raise :class:`RefusedError`.
-        """
-        raise NotImplementedError
-
-    def feasible(self, item: Item, positions: FloatArray) -> NDArray[np.bool_] | None:
-        """Whether the next item would stand on each of some places, as :meth:`load` would say.
-
-        Nothing changes by it.
-
-        Args:
-            item: its own position does not matter.
-            positions: lower corners [cm], shape (K, 3), C-contiguous; any numbers.
-
-        Returns:
-            Shape (K,), False also where the item cannot be; None, the default, where nothing is
-            faster than trying each.
-        """
-        return None
-
-    @abstractmethod
-    def go_back(self, count: int) -> None:
-        """Forget all items but the first ``count``, also those without a finding."""
-
-    @abstractmethod
-    def fork(self, layout: GrowingLayout) -> Loader:
-        """A loader in the same state, for an independent copy of the layout."""
-
-    def close(self) -> None:
-        """Release resources of engines. Closing twice is allowed."""
 
 
 class WholeLoader(Loader):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from steadyload.layouts.model.batch import LayoutBatch
 from steadyload.layouts.model.frame import Frame
 from steadyload.layouts.model.layout import Layout
-from steadyload.layouts.model.naming import box_label, label_in, with_ids
+from steadyload.layouts.model.naming import NAMELESS, Named, label_in, with_ids
 from steadyload.methods.contract.old_keys import with_old_keys
 from steadyload.methods.contract.stopwatch import Seconds
 from steadyload.notebook import ShownInNotebook
@@ -142,14 +142,13 @@ class Verdict(ShownInNotebook):
             return f"stands, all {self.item_count} items placed (score 1)"
         placed = f"box {self.failing_step + 1} of {self.item_count}"
         said = f"fails at {placed} (score {self.score:.3g})"
-        items = None if self.layout is None else self.layout.items
+        items: Sequence[Named] = (NAMELESS,) * self.item_count
+        if self.layout is not None:
+            items = self.layout.items
         if self.moved_item is None or self.displacement is None:
-            reason = self.reason if items is None else with_ids(self.reason, items)
-            return said + (f": {reason}" if reason else "")
+            return said + (f": {with_ids(self.reason, items)}" if self.reason else "")
         turned = "" if self.rotation is None else f", {self.rotation:.1f} degrees"
-        box = box_label(self.moved_item, "", self.item_count)
-        if items is not None:
-            box = label_in(items, self.moved_item)
+        box = label_in(items, self.moved_item)
         return f"{said}: {box} moved {frame.length(self.displacement)}{turned}"
 
 
