@@ -18,6 +18,7 @@ from typing import Annotated, Any, TypeVar
 from cyclopts import (
     App,
     CycloptsError,
+    Group,
     MissingArgumentError,
     Parameter,
     UnknownOptionError,
@@ -195,6 +196,7 @@ def application(name: str, config: type, about: str, *, helping: bool = False) -
         help_flags=HELP,
         version_flags=(),
         help_format="plaintext",
+        group_commands=Group("Parameters"),
         result_action="return_value",
     )
     app.default(found)

@@ -78,7 +78,7 @@ def test_a_verdict_shows_its_line_its_values_and_where_it_fails():
     assert f"{verdict.rotation:.1f} degrees" in found.words
     assert re.search(r"CPU time\s*[\d.]+ m?s", found.words)
     assert shapes(found.picture) == (1 + 3 * 3 + 3, 6 - 2, 3)  # the last one is not loaded any more
-    assert found.caption == f"four: 3 of 4 boxes, item {verdict.item_at_fault} in red"
+    assert found.caption == f"four: 3 of 4 boxes, box {verdict.item_at_fault + 1} of 4 in red"
 
 
 def test_an_answer_shows_what_it_says_and_how_sure_it_is():

@@ -166,9 +166,9 @@ def test_a_page_has_the_axes_and_units_of_the_file(tmp_path, stack):
     assert "2 boxes, 2 kg, on a pallet of 1200 × 800 mm loaded up to 1000 mm" in text
     moved = make_method("label@mujoco").judge(load)
     said = f"{round(10.0 * moved.displacement)} mm, {moved.rotation:.1f}"
-    assert f"<dt>item 1 moved</dt><dd>{said}" in text
+    assert f"<dt>box 2 of 2 moved</dt><dd>{said}" in text
     cards = write_views([load], ["label@mujoco"], tmp_path / "all.html", frame=frame).read_text()
-    assert f"item 1 moved {said} degrees" in cards
+    assert f"box 2 of 2 moved {said} degrees" in cards
 
 
 def test_a_verdict_without_a_score_is_shown_as_none(tmp_path, monkeypatch, stack):
