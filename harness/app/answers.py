@@ -222,7 +222,8 @@ class Check(ShownInNotebook):
         """Sentences that say more than the answer in a few words."""
         failing = self.answer is Answer.FAILS
         found = [self.reason] if failing and self.crushed is None else []
-        if self.gap_note and (self.hovering or not failing) and self.gap_note not in found:
+        said = any(self.gap_note in note for note in found)
+        if self.gap_note and (self.hovering or not failing) and not said:
             found.append(self.gap_note)
         found += [note for note in (self.remedy, self.doubt) if note]
         return tuple(found)

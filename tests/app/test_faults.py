@@ -139,6 +139,14 @@ def test_boxes_are_said_to_balance_only_as_far_as_they_do():
     assert saw(layout, 1, 0).endswith("does it move too far when box B (2nd of 3) is placed")
 
 
+def test_a_gap_that_the_reason_names_is_said_once():
+    """The first box in the air settles, and the load fails at the second one."""
+    layout = plan(block(), block(40.0, 21.0), block(0.0, 30.0))
+    found = check(layout, "settling")
+    assert found.sentence == "fails at box 3 of 3: C has nothing under it"
+    assert str(found).count("box C (3rd of 3) has nothing under it; it drops 30.0 cm") == 1
+
+
 def test_no_simulation_is_named_where_none_ran():
     standing = plan(block(), block(45.0, 20.0))
     assert saw(standing, 1, None, "fbs", displacement=None).endswith(
