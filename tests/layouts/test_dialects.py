@@ -3,6 +3,7 @@
 import gzip
 import io
 import pickle
+import re
 import time
 import tracemalloc
 import zipfile
@@ -15,6 +16,7 @@ from hypothesis import strategies as st
 
 import steadyload as sl
 from steadyload.layouts import Item, Layout, LayoutError, Pallet
+from steadyload.layouts.batch_files import read_batch
 from steadyload.layouts.files.csv_reader import read_csv
 from steadyload.layouts.files.dialect import Dialect, DialectError, columns_of, load_profile
 from steadyload.layouts.files.record import FormatError, Refused, to_layout
@@ -97,13 +99,47 @@ def test_values_in_quotes_empty_rows_and_headers_in_capitals_are_read(tmp_path):
     )
 
 
-def test_rows_of_layouts_may_stand_in_any_order(tmp_path):
+def test_rows_of_a_layout_stand_together_in_any_order(tmp_path):
     head, *rows = PLAIN.splitlines()
     more = [row.replace("P-1", "P-2") for row in rows]
-    mixed = [rows[0], more[2], more[0], rows[2], rows[1], more[1]]
+    mixed = [rows[2], rows[0], rows[1], more[2], more[1], more[0]]
     layouts = read(tmp_path, "\n".join([head, *mixed]))
     assert [layout.name for layout in layouts] == ["P-1", "P-2"]
     assert layouts[0].items == layouts[1].items == read(tmp_path, PLAIN)[0].items
+
+
+def test_two_pallets_of_one_name_are_not_read_as_one(tmp_path):
+    """Also where the numbers of the second go on after those of the first."""
+    head, *rows = PLAIN.splitlines()
+    [between] = [row.replace("P-1", "P-2") for row in rows if row.split(",")[4] == "0"]
+    path = tmp_path / "file.csv"
+    path.write_text("\n".join([head, *rows[:2], between, rows[2], between.replace("2", "3", 1)]))
+    refused, other, last = scan_layouts(path)
+    assert (other.name, last.name) == ("P-2", "P-3")
+    told = (
+        'layout "P-1": line 5 goes on with it after rows of another layout: do two pallets share '
+        "this name? allowed: all rows of a layout together, and another name for each pallet"
+    )
+    assert str(refused.error) == f"{path}: {told}"
+    for read_all in (read_layouts, read_batch):
+        with pytest.raises(LayoutError, match=re.escape(told)):
+            read_all(path)
+
+
+def test_numbers_that_stand_there_twice_say_that_two_pallets_may_share_a_name(tmp_path):
+    with pytest.raises(LayoutError) as caught:
+        read(tmp_path, PLAIN + PLAIN.partition("\n")[2])
+    assert str(caught.value).endswith(
+        'layout "P-1": sequence 0 stands there twice: do two pallets share this name? allowed: '
+        "each of 0 to 5 once, and another name for each pallet"
+    )
+
+
+def test_rows_without_a_name_say_so_wherever_they_stand(tmp_path):
+    head, *rows = PLAIN.splitlines()
+    unnamed = rows[0].replace("P-1", "")
+    with pytest.raises(LayoutError, match="line 2 names no layout; allowed: its name"):
+        read(tmp_path, "\n".join([head, unnamed, *rows, unnamed]))
 
 
 def test_a_file_may_count_from_one_where_that_is_said(tmp_path):
@@ -296,7 +332,7 @@ def test_layouts_are_handed_out_as_they_are_complete(monkeypatch):
     rows = [f"L{k},80,200,120,0,,0,0,0,1,1,1,1" for k in range(6)]
     rows[4] = "L4,80"
     records = read_csv("\n".join([head, *rows]).encode(), Dialect())
-    assert [next(records).name for _ in range(4)] == ["L0", "L1", "L2", "L3"]
+    assert [next(records).name for _ in range(3)] == ["L0", "L1", "L2"]
     with pytest.raises(FormatError, match="line 6 has 2 values"):
         next(records)
     monkeypatch.setattr("steadyload.layouts.files.csv_reader.MAX_LAYOUTS", 3)
@@ -533,10 +569,10 @@ def test_a_layout_in_any_dialect_reads_back_as_it_was(layout, dialect, marks):
 
 
 BARE = "layout;id;length;width;height;x;y;z;weight\n" \
-    "P;a;400;300;200;0;0;0;5\nQ;c;600;400;300;10;0;0;9\nP;b;400;300,5;200;400;0;0;5\n"  # fmt: skip
+    "P;a;400;300;200;0;0;0;5\nP;b;400;300,5;200;400;0;0;5\nQ;c;600;400;300;10;0;0;9\n"  # fmt: skip
 WHOLE = "layout;sequence;pallet_length;pallet_width;pallet_height;id;length;width;height;x;y;z;" \
-    "weight\nP;0;1200;800;1500;a;400;300;200;0;0;0;5\nQ;0;1200;800;1500;c;600;400;300;10;0;0;9\n" \
-    "P;1;1200;800;1500;b;400;300,5;200;400;0;0;5\n"  # fmt: skip
+    "weight\nP;0;1200;800;1500;a;400;300;200;0;0;0;5\nP;1;1200;800;1500;b;400;300,5;200;400;0;0;5\n" \
+    "Q;0;1200;800;1500;c;600;400;300;10;0;0;9\n"  # fmt: skip
 
 
 @pytest.mark.parametrize("up", ["y", "z"])

@@ -139,7 +139,7 @@ def csv_text(some, dialect, *, separator=",", mark=".", end="\n", mixed=False):
                 *map(text, along(item.mass_offset, dialect.up)),
             ])  # fmt: skip
     if mixed:
-        rows = rows[::2] + rows[1::2]
+        rows = sorted(rows[::2] + rows[1::2], key=lambda row: row[words.index("layout")])
     head = [dialect.columns.get(word, word) for word in words]
     return end.join(separator.join(row) for row in [head, *rows])
 

@@ -132,6 +132,8 @@ def _batch(cells: list[pa.Array], columns: Columns, deck: dict[str, Any]) -> Lay
     coded = cells[columns.layout].dictionary_encode()
     names = tuple(_texts(coded.dictionary))
     layouts = coded.indices.to_numpy()
+    if (np.diff(layouts) < 0).any():
+        raise ValueError("rows of a layout after those of another")
     assert columns.sequence is not None, "the other reader takes the order of rows"
     sequence = _numbers(cells[columns.sequence])
     order = _order(sequence, layouts)

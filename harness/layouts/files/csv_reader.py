@@ -71,38 +71,79 @@ def read_csv(
 ) -> Iterator[Record | Refused]:
     """Records of a CSV file, in the order in which their layouts first appear.
 
-    Rows of a layout may stand anywhere: a first pass counts them, so that the second one holds only
-    layouts that have begun and are not complete. A column left out that states how boxes are turned
-    is told as a warning that names the ``file``; None for no warning.
+    Rows of a layout stand together, in any order: a first pass finds those that do not, so that
+    the second one holds one layout at a time. A column left out that states how boxes are turned is
+    told as a warning that names the ``file``; None for no warning.
     """
     separator, header, rows = opened(content, dialect)
     columns = find_columns(header, dialect)
-    left = Counter[str]()
     turning = dict(columns.turning) if file is not None else {}
-    for _, row in rows:
+    apart: dict[str, int] = {}
+    """Lines at which layouts go on after rows of others, by name."""
+    names: set[str] = set()
+    name = ""
+    for line, row in rows:
         if len(row) == columns.count:
-            left[row[columns.layout]] += 1
+            before, name = name, row[columns.layout]
+            if name != before and name in names:
+                apart.setdefault(name, line)
+            names.add(name)
             for place in [place for place in turning if turns(row[place])]:
                 warn_of_turning(str(file), turning.pop(place))
-            if len(left) > MAX_LAYOUTS:
+            if len(names) > MAX_LAYOUTS:
                 raise FormatError(f"has more than {MAX_LAYOUTS} layouts; allowed: up to so many")
     read = _Rows(columns, dialect, separator)
-    begun: dict[str, Record | Refused] = {}
+    record: Record | Refused | None = None
     for line, row in opened(content, dialect)[2]:
         read.check(line, row)
-        name = row[columns.layout]
-        begun[name] = read.added(begun.get(name), line, row)
-        left[name] -= 1
-        while begun and not left[first := next(iter(begun))]:
-            del left[first]
-            yield _numbered(begun.pop(first), dialect)
+        before, name = name, row[columns.layout]
+        if name != before and record is not None:
+            yield _numbered(record, dialect)
+            record = None
+        if name not in apart:
+            record = read.added(record, line, row)
+        elif name in names:
+            names.remove(name)
+            yield _apart(unguarded(name), line, apart[name])
+    if record is not None:
+        yield _numbered(record, dialect)
+
+
+def _apart(name: str, first: int, line: int) -> Refused:
+    """A layout of which some rows stand after rows of others."""
+    if not name:
+        return _unnamed(first)
+    return Refused(
+        name,
+        FormatError(
+            f"line {line} goes on with it after rows of another layout: do two pallets share this "
+            "name? allowed: all rows of a layout together, and another name for each pallet"
+        ),
+    )
+
+
+def _unnamed(line: int) -> Refused:
+    return Refused("", FormatError(f"line {line} names no layout; allowed: its name"))
 
 
 def _numbered(record: Record | Refused, dialect: Dialect) -> Record | Refused:
-    """A complete record; refused where its sequence begins at 1 and 0 was said, or at 0 and 1."""
+    """A complete record; refused where a sequence number stands there twice, or where its sequence
+    begins at 1 and 0 was said, or at 0 and 1.
+    """
     numbers = [] if isinstance(record, Refused) else [item["sequence"] for item in record.items]
     if dialect.order == "rows" or not all(isinstance(n, int) for n in numbers):
         return record
+    if len({*numbers}) < len(numbers):
+        [(twice, _)] = Counter(numbers).most_common(1)
+        shift = dialect.order == "from-1"
+        return Refused(
+            record.name,
+            LayoutError(
+                f"sequence {twice + shift} stands there twice: do two pallets share this name? "
+                f"allowed: each of {shift:d} to {len(numbers) - 1 + shift} once, and another name "
+                "for each pallet"
+            ),
+        )
     count, begins = len(numbers), min(numbers, default=0)
     from_one = dialect.order == "from-1"
     if begins != (-1 if from_one else 1):
@@ -188,7 +229,7 @@ class _Rows:
         if record is None:
             record = Record(unguarded(row[self.columns.layout]), pallet, [])
             if not record.name:
-                return Refused("", FormatError(f"line {line} names no layout; allowed: its name"))
+                return _unnamed(line)
         if record.pallet != pallet:
             error: LayoutError = FormatError(
                 f"line {line} states another pallet size than the lines before; allowed: one "
