@@ -23,6 +23,10 @@ from steadyload.engines.world import (
     FixedStepWorld,
     WorldSettings,
 )
+from steadyload.plugins import PluginError, faulty, loaded
+
+GROUP = "steadyload.engines"
+"""Group of entry points of engines."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,7 +129,7 @@ def engines() -> dict[str, EngineEntry]:
 
 @cache
 def _from_other_distributions() -> dict[str, EngineEntry]:
-    found = importlib.metadata.entry_points(group="steadyload.engines")
+    found = importlib.metadata.entry_points(group=GROUP)
     return {entry.name: EngineEntry(entry.value) for entry in found}
 
 
@@ -222,21 +226,34 @@ def capabilities(name: str) -> Capabilities:
 
 
 def _declared_class(name: str) -> type[FixedStepWorld]:
-    module, _, attribute = engines()[name].target.partition(":")
+    if name not in ENGINES:
+        return _class_of_others(name)
+    module, _, attribute = ENGINES[name].target.partition(":")
     try:
         return getattr(importlib.import_module(module), attribute)
     except ModuleNotFoundError as error:
         missing = (error.name or "").partition(".")[0]
-        if missing == module.partition(".")[0] and name in ENGINES:
+        if missing == module.partition(".")[0]:
             raise
         raise _not_here(name, missing) from error
-    except Exception as error:
-        if name in ENGINES:
-            raise
-        raise EngineNotInstalledError(
-            f"engine {name!r} of another distribution cannot be used: {type(error).__name__}: "
-            f"{error}"
-        ) from error
+
+
+def _class_of_others(name: str) -> type[FixedStepWorld]:
+    """The world class of an engine of another distribution."""
+    target = engines()[name].target
+    try:
+        found = loaded(target, GROUP, name)
+        if not (isinstance(found, type) and issubclass(found, FixedStepWorld)):
+            raise faulty(GROUP, name, f"{target} is no FixedStepWorld")
+        if not isinstance(getattr(found, "capabilities", None), Capabilities):
+            raise faulty(GROUP, name, f"{target} has no Capabilities")
+    except PluginError as error:
+        missing = error.__cause__
+        if isinstance(missing, ModuleNotFoundError):
+            package = (missing.name or "").partition(".")[0]
+            raise EngineNotInstalledError(_needs(name, package)) from missing
+        raise EngineNotInstalledError(str(error)) from error
+    return found
 
 
 def _not_here(name: str, package: str) -> EngineNotInstalledError:

@@ -1,7 +1,4 @@
-"""Objects that other distributions register by entry points: a faulty one breaks only itself.
-
-Engines have a registry of their own, see :mod:`steadyload.engines.registry`.
-"""
+"""Objects that other distributions register by entry points: a faulty one breaks only itself."""
 
 from __future__ import annotations
 
@@ -35,7 +32,7 @@ def loaded(target: str, group: str, name: str) -> Any:
         return getattr(importlib.import_module(module), attribute)
     try:
         return getattr(importlib.import_module(module), attribute)
-    except Exception as error:
+    except (Exception, SystemExit) as error:  # one that ends the process ends no command
         raise faulty(group, name, f"{type(error).__name__}: {error}") from error
 
 

@@ -47,7 +47,7 @@ ALLOWED = {
     "compilation": set(),
     "statics.kernels": {"statics.kernels", "compilation"},
     "statics": {"statics", "engines", "time_limit", *_LAYOUTS},
-    "engines": {"engines", "compilation"},
+    "engines": {"engines", "compilation", "plugins"},
     "atomic": {"errors"},
     "reading": {"errors", "escaping"},
     "stored": {"atomic", "errors", "escaping", "reading"},

@@ -307,7 +307,7 @@ def _load(name: str, target: str) -> type[Method]:
         raise faulty(GROUP, name, f"{target} has no dataclass Parameters")
     try:
         found.Parameters()
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise faulty(GROUP, name, f"Parameters() fails: {type(error).__name__}: {error}") from error
     return found
 

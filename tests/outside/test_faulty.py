@@ -9,7 +9,9 @@ import pytest
 from steadyload.cli import main
 from steadyload.engines import registry as engine_registry
 from steadyload.engines.errors import EngineNotInstalledError
-from steadyload.engines.registry import capabilities
+from steadyload.engines.registry import capabilities, world_class
+from steadyload.layouts import Item, Layout, Pallet
+from steadyload.layouts.formats import Format, write_layouts
 from steadyload.methods import registry
 from steadyload.methods.registry import make_method, method_listing
 from steadyload.plugins import PluginError
@@ -40,6 +42,9 @@ class Bare(Method):
 
 class NoMethod:
     pass
+
+
+NOTHING = None
 """
 
 ENTRIES = """
@@ -50,11 +55,16 @@ none = strange_judges:NoMethod
 lost = strange_judges:Lost
 gone = strange_missing:Gone
 broken = strange_broken:Method
+leaves = strange_leaving:Method
 [steadyload.engines]
 strange = strange_broken:World
 unknown = strange_judges:World
+nothing = strange_judges:NOTHING
+other = strange_judges:NoMethod
+leaves = strange_leaving:World
 [steadyload.studies]
 strange = strange_broken:STUDY
+leaves = strange_leaving:STUDY
 """
 
 CACHES = (registry, engine_registry, study_registry)
@@ -68,6 +78,7 @@ def strange(tmp_path, monkeypatch):
     (about / "entry_points.txt").write_text(ENTRIES)
     (tmp_path / "strange_judges.py").write_text(CODE)
     (tmp_path / "strange_broken.py").write_text("raise RuntimeError('no licence')\n")
+    (tmp_path / "strange_leaving.py").write_text("raise SystemExit('good bye')\n")
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), *filter(None, sys.path)]))
     importlib.invalidate_caches()
@@ -102,6 +113,7 @@ FAULTY = {
     "lost": "AttributeError: module 'strange_judges' has no attribute 'Lost'",
     "gone": "ModuleNotFoundError: No module named 'strange_missing'",
     "broken": "RuntimeError: no licence",
+    "leaves": "SystemExit: good bye",
 }
 
 
@@ -119,7 +131,8 @@ def test_listings_and_commands_go_on_without_what_is_faulty(strange, capsys):
     assert {"corners", "sme", "cascade"} <= {line.split()[0] for line in told.out.splitlines()[1:]}
     for name in FAULTY:
         assert told.err.count(f"method {name!r} of strange-judges 2.5 cannot be used") == 1
-    assert told.err.count("study 'strange' of strange-judges 2.5 cannot be used") == 1
+    for name in ("strange", "leaves"):
+        assert told.err.count(f"study {name!r} of strange-judges 2.5 cannot be used") == 1
     assert main(["methods", "sme"]) == 0
     assert "sme" in standard_methods()
 
@@ -129,11 +142,21 @@ def test_listings_and_commands_go_on_without_what_is_faulty(strange, capsys):
     [
         ("strange", "RuntimeError: no licence"),
         ("unknown", "AttributeError: module 'strange_judges' has no attribute 'World'"),
+        ("nothing", "strange_judges:NOTHING is no FixedStepWorld"),
+        ("other", "strange_judges:NoMethod is no FixedStepWorld"),
+        ("leaves", "SystemExit: good bye"),
     ],
 )
-def test_a_faulty_engine_is_one_that_is_not_installed(strange, name, why, capsys):
-    with pytest.raises(EngineNotInstalledError, match=f"engine '{name}' of .* used: {why}"):
-        capabilities(name)
+def test_a_faulty_engine_is_one_that_is_not_installed(strange, name, why, tmp_path, capsys):
+    told = f"engine '{name}' of strange-judges 2.5 cannot be used: {why}"
+    for asked in (capabilities, world_class):
+        with pytest.raises(EngineNotInstalledError) as caught:
+            asked(name)
+        assert str(caught.value) == told
+    layout = Layout("one", Pallet(9, 9, 9), (Item(0, (0, 0, 0), (9, 9, 9), 1),))
+    write_layouts(tmp_path / "one.json", [layout], Format.NATIVE)
+    assert main(["score", str(tmp_path / "one.json"), "-m", f"label@{name}"]) == 2
+    assert told in capsys.readouterr().err
     assert main(["engines"]) == 0
     assert why in capsys.readouterr().out
 
