@@ -17,11 +17,25 @@ if TYPE_CHECKING:
 
 def command() -> int:
     """Run the command with the arguments of the process; returns its exit status."""
+    open_streams()
     starting()
     # Nothing is rendered: with its renderer MuJoCo loads glfw, which asks a process of its own for
     # a version, and that one complains when this one is killed.
     os.environ.setdefault("MUJOCO_GL", "disable")
     return ended(main())
+
+
+def open_streams() -> None:
+    """Open the standard streams that the process was begun without, as by ``>&-``, on nothing.
+
+    Else Python has None for them, and files of the command and of its workers get their numbers, so
+    that what a library prints would be written into a file.
+    """
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        if getattr(sys, name) is None:
+            stream = open(os.devnull, mode, encoding="utf-8")  # noqa: PTH123, SIM115
+            os.set_inheritable(stream.fileno(), True)
+            setattr(sys, name, stream)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

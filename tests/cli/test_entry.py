@@ -51,6 +51,38 @@ def test_help_and_mistyped_words_import_nothing_heavy(words, status):
     assert not HEAVY & set(loaded)
 
 
+@pytest.mark.parametrize("closed", [">&-", "<&- >&- 2>&-"])
+@pytest.mark.parametrize(
+    ("words", "status"),
+    [
+        ("--version", 0),
+        ("--help", 0),
+        ("methods sme", 0),
+        ("scroe", 2),
+        ("check one.json -m sme", 0),
+        ("check falls.json -m sme", 1),
+        ("check - -m sme", 2),
+    ],
+)
+def test_a_closed_standard_stream_changes_no_status(tmp_path, words, status, closed):
+    """Only what is read of it: nothing. No file of the command gets its number."""
+    if "<&-" not in closed:
+        closed += " </dev/null"
+    boxes = [Item(k, (10.0 * k, 10.0 * k, 0.0), (10.0, 10.0, 10.0), 1.0) for k in range(2)]
+    for name, some in (("one.json", boxes[:1]), ("falls.json", boxes)):
+        layout = Layout("one", Pallet(80.0, 80.0, 80.0), tuple(some))
+        write_layouts(tmp_path / name, [layout], Format.NATIVE)
+    code = "import sys; from steadyload.cli import command; sys.exit(command())"
+    done = subprocess.run(
+        ["sh", "-c", f'"$0" -c "$1" {words} {closed}', sys.executable, code],
+        cwd=tmp_path, capture_output=True, text=True, timeout=600,
+    )  # fmt: skip
+    assert done.returncode == status, done.stderr
+    assert "Traceback" not in done.stderr
+    if words.startswith("check - ") and "2>&-" not in closed:
+        assert done.stderr == "steadyload: standard input: is empty\n"
+
+
 @pytest.mark.parametrize("boxes", [4, 30])
 def test_a_check_of_one_pallet_imports_what_it_needs(tmp_path, boxes):
     """In the command and in the process beside it, by the default for so many boxes."""
