@@ -60,7 +60,7 @@ class DrakeWorld(ChildWorld):
         ),
         changing_gravity=CHANGING_GRAVITY,
         in_flight=SettingSupport(Support.HONOURED),
-        notes="An independent check, installed with `pip install '.[drake]'` and part of "
+        notes="An independent check, installed with `pip install -e '.[drake]'` and part of "
         "no comparison unless named. Contact is a field of pressure, steps are controlled by their "
         "error, and a substep is the longest. It runs in a process of its own, whose CPU time is "
         "not counted: read wall time. Side faces are drawn in by 0.05 mm, and shapes stand up to "

@@ -72,7 +72,7 @@ class PhysxWorld(RebuiltWorld):
         in_flight=SettingSupport(
             Support.HONOURED, f"boxes turn at {_FASTEST_TURN:g} rad/s at most"
         ),
-        notes="Installed with `pip install '.[physx]'`. Single precision. What sapien "
+        notes="Installed with `pip install -e '.[physx]'`. Single precision. What sapien "
         "takes for a scene is of the whole process and is set before each.",
     )
 

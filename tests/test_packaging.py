@@ -3,6 +3,7 @@
 import itertools
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tomllib
@@ -11,6 +12,7 @@ import zipfile
 from pathlib import Path
 
 import pytest
+import setuptools
 import yaml
 from packaging.requirements import Requirement
 
@@ -126,6 +128,78 @@ def test_the_wheel_answers_in_an_empty_environment_and_compiles_once(wheel, tmp_
     assert "compiling" not in said("steadyload", "score", "pallets.csv", *words).stderr
     assert before
     assert set(site.rglob("*.nbc")) == before
+
+
+@pytest.fixture
+def clone(tmp_path, project):
+    """A clone, and pip for an environment of its own, in which the clone is installed.
+
+    All that the clone and its extra ``gym`` need is named there as installed, so that nothing is
+    looked up.
+    """
+    for folder in FOLDERS:
+        left_out = shutil.ignore_patterns("__pycache__", "published", "rows", "*.parquet")
+        shutil.copytree(ROOT / folder, tmp_path / "clone" / folder, ignore=left_out)
+    for file in ("setup.py", "pyproject.toml", "README.md", "LICENSE"):
+        shutil.copy(ROOT / file, tmp_path / "clone")
+    venv.create(tmp_path / "environment")
+    [site] = tmp_path.glob("environment/lib/python*/site-packages")
+    tools = Path(setuptools.__file__).parents[1]
+    for tool in (*tools.glob("setuptools*"), tools / "_distutils_hack"):
+        (site / tool.name).symlink_to(tool)
+    for text in (
+        project["project"]["dependencies"] + project["project"]["optional-dependencies"]["gym"]
+    ):
+        needed = Requirement(text)
+        version = next(one.version for one in needed.specifier if one.operator == ">=")
+        about = site / f"{needed.name.replace('-', '_')}-{version}.dist-info"
+        about.mkdir()
+        (about / "METADATA").write_text(
+            f"Metadata-Version: 2.1\nName: {needed.name}\nVersion: {version}\n"
+        )
+    python = tmp_path / "environment" / "bin" / "python"
+
+    def install(*words):
+        """Install by pip; returns the file that is imported then."""
+        subprocess.run(
+            [sys.executable, "-m", "pip", "--python", python, "install", "--quiet", "--no-index",
+             "--no-build-isolation", "--disable-pip-version-check", *words],
+            check=True, cwd=tmp_path / "clone",
+        )  # fmt: skip
+        code = "import steadyload; print(steadyload.__file__)"
+        done = subprocess.run(
+            [python, "-c", code], capture_output=True, text=True, check=True, cwd=tmp_path,
+            env={"PATH": os.environ["PATH"]},
+        )  # fmt: skip
+        return Path(done.stdout.strip()).relative_to(tmp_path)
+
+    assert install("--no-deps", "--editable", ".") == CLONED
+    return install
+
+
+CLONED = Path("clone", ".src", "steadyload", "__init__.py")
+
+
+def test_an_extra_leaves_a_clone_what_is_imported_as_the_documentation_has_it(clone, tmp_path):
+    compiled = tmp_path / "clone" / "harness" / "__pycache__" / "compiled.nbc"
+    compiled.parent.mkdir(exist_ok=True)
+    compiled.touch()
+    assert clone("-e", ".[gym]") == CLONED
+    assert clone("steadyload[gym]") == CLONED
+    assert compiled.exists()
+    assert clone(".[gym]") != CLONED, "the form that no text may name"
+    assert clone("-e", ".[gym]") == CLONED
+
+
+def test_no_text_names_a_form_that_replaces_a_clone_by_a_copy():
+    """``pip install '.[EXTRA]'`` without ``-e``; only where it is said what that does."""
+    listed = subprocess.run(
+        ["git", "-C", str(ROOT), "grep", "-nE", r"pip install ([^-]|-[^e]).*\.\[", "--",
+         *FOLDERS, "*.md", "*.toml", "Makefile", ":!CHANGELOG.md"],
+        capture_output=True, text=True,
+    ).stdout.splitlines()  # fmt: skip
+    harmful = [line for line in listed if re.search(r"pip install ['\"]?\.\[", line)]
+    assert [line.partition(":")[0] for line in harmful] == ["docs/installing.md"]
 
 
 @pytest.mark.parametrize("folder", FOLDERS)
