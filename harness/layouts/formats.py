@@ -347,6 +347,8 @@ def read_written(path: str | Path, names: Container[str] | None = None) -> Itera
                 for record in read_blocks(lines_of(file, Path(path), MAX_VALUE_LENGTH)):
                     if names is None or record.name in names:
                         yield to_layout(record)
+    except UnicodeDecodeError:
+        raise FormatError("is not UTF-8 text; is it damaged?", file=str(path)) from None
     except LayoutError as error:
         raise error.located(file=str(path)) from None
 

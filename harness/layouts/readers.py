@@ -166,7 +166,7 @@ def read_blocks(lines: Iterable[str]) -> Iterator[Record]:
 def _block_record(text: str) -> Record:
     try:
         layout = json.loads(text)
-    except ValueError:
+    except (ValueError, RecursionError):
         raise FormatError("is not as steadyload writes it, or is cut off") from None
     return _native_record(_text(_mapping(layout, "a layout").get("name"), "name"), layout)
 

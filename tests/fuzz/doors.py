@@ -14,16 +14,24 @@ import tarfile
 from collections.abc import Callable
 from pathlib import Path
 
+import pandas as pd
 from mutation import mutated
 
 from steadyload.app.repaired_files import write_repaired
 from steadyload.app.repairs import RepairOptions, repair_all
+from steadyload.errors import UserError
 from steadyload.layouts import Item, Layout, Pallet
+from steadyload.layouts.benchmark.authors_files import Reader as ResultReader
+from steadyload.layouts.benchmark.authors_files import RotationUnit
+from steadyload.layouts.benchmark.tables import BenchmarkError
+from steadyload.layouts.files.dialect import Dialect
 from steadyload.layouts.files.record import Refused
 from steadyload.layouts.files.sources import Content
-from steadyload.layouts.formats import scan_layouts
-from steadyload.layouts.writers import as_csv, as_native
+from steadyload.layouts.formats import read_written, scan_layouts
+from steadyload.layouts.writers import as_csv, as_job, as_native
+from steadyload.runs.labels import LABELS, LABELS_FILE, as_labels, load_labels
 from steadyload.runs.scoring import read_entries
+from steadyload.runs.store import checksum
 from steadyload.studies.kept_rows import unpack
 from steadyload.studies.published import Entry
 
@@ -166,7 +174,8 @@ def failing_plans() -> list[bytes]:
         for k, (x, y) in enumerate(((0.0, 0.0), (25.0, 30.0), (60.0, 0.0)))
     )
     plans = [Layout("A", Pallet(120, 160, 80), items), Layout("B", Pallet(120, 160, 80), items[:1])]
-    return ["".join(as_native(plans)).encode(), as_csv(plans).encode()]
+    written = "".join(as_native(plans)), as_job(plans), as_csv(plans)
+    return [text.encode() for text in written]
 
 
 def repair_file(path: Path) -> Exception | None:
@@ -179,3 +188,110 @@ def repair_file(path: Path) -> Exception | None:
     kept = [entry.name for entry in scan_layouts(target)]
     assert kept == [entry.name for _, entry in entries], "a layout is gone"
     return refused[0] if refused else None
+
+
+WAREHOUSE = b"""\
+Palette;PL;PB;PH;Folge;Artikel;X;Y;Z;L;B;H;Gewicht;SX;SY;SZ
+P-1;1200;800;2000;1;SKU-2001;149;197,5;105,5;298;395;211;8611;15;0;0
+P-1;1200;800;2000;2;SKU-2002;149;595,5;105,5;298;401;211;7250;0;3;-10
+P-2;1200;800;2000;1;SKU-2003;157;300;79,5;300;600;159;12000;0;0;0
+"""
+FORM = Dialect(
+    units="mm", weight="g", up="z", positions="centre", order="from-1",
+    columns={"layout": "Palette", "pallet_length": "PL", "pallet_width": "PB",
+             "pallet_height": "PH", "sequence": "Folge", "id": "Artikel", "length": "L",
+             "width": "B", "height": "H", "weight": "Gewicht", "offset_x": "SX", "offset_y": "SY",
+             "offset_z": "SZ"},
+)  # fmt: skip
+"""The form of that file, as of a warehouse system."""
+
+
+def read_form(path: Path) -> Exception | None:
+    """A file of another form than ours; the error of its last layout that is refused."""
+    refused = None
+    for entry in scan_layouts(path, dialect=FORM):
+        refused = entry.error if isinstance(entry, Refused) else refused
+    return refused
+
+
+def read_given(path: Path) -> Exception | None:
+    """The content of a file as bytes, and the open file: both are answered as the file is."""
+    expected = _said(path)
+    with path.open("rb") as file:
+        for given in (path.read_bytes(), file):
+            found = _said(given)
+            assert found[0] == expected[0], "another answer"
+    return expected[1]
+
+
+def _said(given: object) -> tuple[list[str], Exception | None]:
+    """Contents of layouts, and kinds of errors; the last error."""
+    said, error = [], None
+    try:
+        for entry in scan_layouts(given):
+            error = entry.error if isinstance(entry, Refused) else error
+            said.append(str(type(error)) if isinstance(entry, Refused) else entry.content_hash())
+    except UserError as raised:
+        error = raised
+        said.append(str(type(raised)))
+    return said, error
+
+
+def read_copy(path: Path) -> None:
+    """The layouts of a run as they are kept beside its results, in JSON.
+
+    Those in Parquet are not checked again: their checksum is compared before.
+    """
+    for _ in read_written(path):
+        pass
+
+
+MADE = b"""{"engines": ["mujoco", "rapier"], "versions": {"numpy": "2.4.0"},
+ "machine": "AMD Zen 4, 2 cores", "git": "0123456789ab"}"""
+"""With what the rows of a page were made."""
+
+TYPES = b"X,Y,Z,COPIES,ROTATIONS\n60,40,30,12,1\n120,80,100,3,1\n"
+"""Items of PackingSolver."""
+
+PRODUCTS = b"#products 2\n1 0 12 400 300 250 8.5 x\n2 0 3 600 400 300 12 y\n"
+"""Products of Alonso et al."""
+
+
+def results() -> list[bytes]:
+    """Results of the authors' benchmark on a layout of two items: a score, and observations."""
+    sample = {"translation": {"x": 0.0, "y": 0.1, "z": 0.0}, "rotation": dict.fromkeys("xyz", 0.0)}
+    steps = [
+        {"sequence": k, "itemDeltas": {"0": {"observations": [sample, sample]}}} for k in range(2)
+    ]
+    return [b'{"score": 0.5}', json.dumps(steps).encode()]
+
+
+def read_result(path: Path) -> Exception | None:
+    """A result of the authors'; what is written down as refused is handed out."""
+    reader = ResultReader(path.parent, RotationUnit.DEGREES, [])
+    reader.label([(True, path)], 2)
+    return BenchmarkError(reader.refused[0][1]) if reader.refused else None
+
+
+def labels() -> bytes:
+    """Labels of a run of two cases."""
+    rows = [
+        {"layout": name, "scenario": "S1", "instance": "one", "item_count": 3, "failing_step": step,
+         "confidence": 0.9, "robust": True, "offsets": [0.0] * 9, "item_class": "2",
+         "stands": "done", "failing_step_stands": step}
+        for name, step in (("A", 1), ("B", None))
+    ]  # fmt: skip
+    return as_labels(pd.DataFrame(rows)[LABELS.names])
+
+
+def placed_labels(folder: Path, content: bytes) -> Path:
+    """Put labels where those of a run lie."""
+    run = folder / "labelled-run"
+    run.mkdir(exist_ok=True)
+    (run / LABELS_FILE).write_bytes(content)
+    return run
+
+
+def read_labels(run: Path) -> None:
+    """The labels of a run whose manifest has their checksum."""
+    load_labels(run, {"files": {LABELS_FILE: checksum((run / LABELS_FILE).read_bytes())}})

@@ -25,6 +25,7 @@ from steadyload.config import methods_option, option
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.benchmark import tables
 from steadyload.layouts.benchmark.dataset import load_benchmark, row_of
+from steadyload.layouts.benchmark.item_lists import read_items, read_products
 from steadyload.layouts.files.dialect import load_profile
 from steadyload.layouts.files.parquet_layouts import as_parquet
 from steadyload.layouts.files.record import Refused
@@ -49,6 +50,7 @@ from steadyload.methods.registry import make_method
 from steadyload.runs.definition import load_study
 from steadyload.runs.results import ROWS, load_results, result_row, said_of
 from steadyload.runs.store import checksum
+from steadyload.studies.kept_rows import MADE_WITH, made_with
 from steadyload.transport.history import recorded
 from steadyload.transport.rules import rule_named
 
@@ -496,6 +498,13 @@ FORMATS = {
     "tab-separated": Format(
         lambda: [as_csv(layouts()[:1]).replace(",", "\t").encode()], read_layout_file
     ),
+    "csv-of-others": Format(lambda: [doors.WAREHOUSE], doors.read_form),
+    "given": Format(
+        lambda: [
+            "".join(as_native(layouts())).encode(), as_csv(layouts()).encode(), _layout_table(),
+        ],
+        doors.read_given,
+    ),
     "native-batch": Format(
         lambda: ["".join(as_native(layouts())).encode()], batches.read_json_alike,
         batches.rewritten(mutated),
@@ -518,6 +527,12 @@ FORMATS = {
         doors.failing_plans, doors.repair_file,
         lambda file, draw: (mutated_json if file[:1] == b"{" else mutated)(file, draw),
     ),
+    "written": Format(
+        lambda: ["".join(as_native(layouts())).encode()], doors.read_copy
+    ),
+    "items": Format(lambda: [doors.TYPES], lambda path: nothing(read_items(path))),
+    "products": Format(lambda: [doors.PRODUCTS], lambda path: nothing(read_products(path))),
+    "results": Format(doors.results, doors.read_result, mutated_json),
     "study": Format(lambda: [STUDY], read_study),
     "profile": Format(lambda: [PROFILE], lambda path: nothing(load_profile(path))),
     "config": Format(
@@ -554,6 +569,9 @@ FORMATS = {
         lambda run: nothing(load_results(run)),
         mutated_json,
         lambda folder, content: _placed_run(folder, content, _shard()),
+    ),
+    "labels": Format(
+        lambda: [doors.labels()], doors.read_labels, parquet.mutated_table, doors.placed_labels
     ),
     "labelled-tables": Format(
         lambda: [bytes([k]) + table for k, table in enumerate(_tables())],
@@ -596,6 +614,10 @@ FORMATS = {
         lambda: [stored.asked()], stored.read_asked, stored.summed(mutated_json),
         lambda folder, content: _alone(folder, "asked.json", content),
     ),
+    "made-with": Format(
+        lambda: [doors.MADE], lambda folder: nothing(made_with(folder)), mutated_json,
+        lambda folder, content: _alone(folder, MADE_WITH, content),
+    ),
     "search": Format(
         lambda: [_ledger()], stored.read_ledger, mutated,
         lambda folder, content: _alone(folder, "search.jsonl", content),
@@ -615,8 +637,8 @@ FORMATS = {
 """Formats by name."""
 
 COSTLY = (
-    LayoutFormat.PARQUET.value, "motion-table", "shard", "run-manifest", "labelled-tables",
-    "labelled-manifest", "plan",
+    LayoutFormat.PARQUET.value, "motion-table", "shard", "labels", "run-manifest",
+    "labelled-tables", "labelled-manifest", "plan",
     "archive", "sparse", "device", "repaired",
 )  # fmt: skip
 """Those of which an input takes milliseconds."""

@@ -426,6 +426,15 @@ def test_a_name_of_too_many_characters_is_refused_and_no_layout_beside_it(tmp_pa
         assert str(entry.error).endswith('n...": name has 1,001 characters; allowed: at most 1,000')
 
 
+@pytest.mark.parametrize("harm", [b"\xff", b"[" * 100_000])
+def test_a_kept_file_that_was_harmed_is_refused(tmp_path, layouts, harm):
+    path = tmp_path / "kept.json"
+    write_layouts(path, layouts, Format.NATIVE)
+    path.write_bytes(path.read_bytes().replace(b'"position": [', b'"position": [' + harm, 1))
+    with pytest.raises(FormatError, match=r"kept\.json: is not"):
+        list(read_written(path))
+
+
 def test_a_name_that_a_label_makes_too_long_is_refused(tmp_path):
     job = json.loads(json.dumps(JOB))
     job["ulds"] = [job["ulds"][0] | {"id": number} for number in (1, 22, "n" * 1001)]
