@@ -182,7 +182,7 @@ def made_with(work: Path) -> MadeWith | None:
 
 
 def _stated_in(file: Path) -> Any:
-    """The content of a file; None where there is none."""
+    """The content of a JSON file; None where there is none."""
     if not file.exists():
         return None
     try:
