@@ -9,8 +9,6 @@ import json
 import os
 import shutil
 import subprocess
-from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import matplotlib.image
 import pytest
@@ -18,6 +16,11 @@ import pytest
 BINARY = next(
     filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None
 )
+
+FLAGS = (
+    "--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
+    "--hide-scrollbars", "--disable-dev-shm-usage",
+)  # fmt: skip
 
 
 class Browser:
@@ -34,13 +37,9 @@ class Browser:
             for number, end in enumerate(apart, start=3):
                 os.dup2(end, number)
 
-        flags = (
-            "--headless=new", "--no-sandbox", "--use-angle=swiftshader",
-            "--enable-unsafe-swiftshader", "--remote-debugging-pipe", "--hide-scrollbars",
-            "--disable-dev-shm-usage", f"--user-data-dir={profile}",
-        )  # fmt: skip
         self._process = subprocess.Popen(
-            [BINARY, *flags], preexec_fn=place, close_fds=False, stderr=subprocess.DEVNULL,
+            [BINARY, *FLAGS, "--remote-debugging-pipe", f"--user-data-dir={profile}"],
+            preexec_fn=place, close_fds=False, stderr=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL, env=os.environ | {"XDG_CONFIG_HOME": str(profile)},
         )  # fmt: skip
         for end in (commands, answers):
@@ -116,21 +115,6 @@ class Browser:
         """What the page looks like, as PNG."""
         return base64.b64decode(self("Page.captureScreenshot")["data"])
 
-    def printed(self):
-        """The sheets of paper that the page makes, as images of 50 dots an inch: rows, columns and
-        red, green and blue from 0 to 1.
-        """
-        if shutil.which("pdftoppm") is None:
-            pytest.skip("there is no pdftoppm on this machine")
-        with TemporaryDirectory() as folder:
-            paper = Path(folder) / "paper.pdf"
-            paper.write_bytes(base64.b64decode(self("Page.printToPDF")["data"]))
-            subprocess.run(
-                ["pdftoppm", "-r", "50", "-png", paper, paper.with_suffix("")], check=True
-            )
-            return [matplotlib.image.imread(sheet)[..., :3] for sheet in
-                    sorted(Path(folder).glob("*.png"))]  # fmt: skip
-
     def close(self):
         self._session = None
         self("Browser.close")
@@ -146,3 +130,27 @@ def browser(tmp_path_factory):
     one = Browser(tmp_path_factory.mktemp("profile"))
     yield one
     one.close()
+
+
+@pytest.fixture
+def on_paper(tmp_path_factory):
+    """Prints a page as ``chromium --print-to-pdf`` does: a function of its address."""
+    for name, program in (("Chromium", BINARY), ("pdftoppm", shutil.which("pdftoppm"))):
+        if program is None:
+            pytest.skip(f"there is no {name} on this machine")
+
+    def sheets(url, width=1280):
+        """Sheets of paper as images of 50 dots an inch: rows, columns, and colours from 0 to 1."""
+        folder = tmp_path_factory.mktemp("paper")
+        paper = folder / "paper.pdf"
+        subprocess.run(
+            [BINARY, *FLAGS, f"--user-data-dir={folder / 'profile'}", f"--window-size={width},600",
+             f"--print-to-pdf={paper}", "--virtual-time-budget=8000", url],
+            check=True, stderr=subprocess.DEVNULL,
+            env=os.environ | {"XDG_CONFIG_HOME": str(folder)},
+        )  # fmt: skip
+        subprocess.run(["pdftoppm", "-r", "50", "-png", paper, folder / "sheet"], check=True)
+        found = sorted(folder.glob("sheet-*.png"))
+        return [matplotlib.image.imread(sheet)[..., :3] for sheet in found]
+
+    return sheets

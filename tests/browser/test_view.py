@@ -200,10 +200,9 @@ def test_a_screenshot_shows_boxes_of_several_colours(browser, beside, width, hei
     assert (across > 300, down > 200) == (width > 760, width <= 760)
 
 
-@pytest.mark.parametrize("width", [390, 1280])
-def test_it_prints_its_pictures_with_the_whole_load(browser, beside, width):
-    browser.open(beside, width=width)
-    [sheet] = browser.printed()
+@pytest.mark.parametrize("width", [500, 1280])
+def test_it_prints_its_pictures_with_the_whole_load(beside, on_paper, width):
+    [sheet] = on_paper(beside.resolve().as_uri(), width)
     red = (sheet[..., 0] > 0.5) & (sheet[..., 1] < 0.35) & (sheet[..., 2] < 0.45)
     blue = (sheet[..., 2] > 1.3 * sheet[..., 0]) & (sheet[..., 2] > 0.3)
     middle = sheet.shape[1] // 2
