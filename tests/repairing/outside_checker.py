@@ -243,15 +243,23 @@ def overlaps(boxes: tuple[Box, ...]) -> list[str]:
 
 
 def _ways_from_above(before: Plan, after: Plan, steps: list[int]) -> list[str]:
-    """A box over a later one is in its way, unless both are as in the plan, and it was so there."""
-    found = []
+    """A box over a later one is in its way, unless both are as in the plan, and it was so there.
+
+    As in the plan is also a box that has only come down as its gaps, and those below, were closed.
+    """
+    closed, found = _let_down(list(before.boxes), before), []
     for k, box in enumerate(after.boxes):
         for m, other in enumerate(after.boxes[:k]):
             if not _is_over(other, box):
                 continue
-            was, was_other = before.boxes[steps[k]], before.boxes[steps[m]]
-            stay = _same(was.low, box.low) and _same(was_other.low, other.low)
-            if not (stay and steps[m] < steps[k] and _is_over(was_other, was)):
+            pair = ((box, steps[k]), (other, steps[m]))
+            stay = all(
+                one.size == before.boxes[step].size
+                and any(_same(one.low, was[step].low) for was in (before.boxes, closed))
+                for one, step in pair
+            )
+            so = _is_over(before.boxes[steps[m]], before.boxes[steps[k]]) and steps[m] < steps[k]
+            if not (stay and so):
                 found.append(f"blocked: box {k} below box {m}, which is loaded before")
     return found
 

@@ -261,5 +261,16 @@ def test_the_checker_finds_nothing_in_good_repairs():
     assert kinds(GOOD, change(2, 2, y=-1.0), before=lifted, allow=("drop",)) == set()
     assert unbalanced(lifted) == []
     assert unbalanced(moved(2, low=(60.0, 3.0, 0.0))) == ["balance: step 2"]
+    hanging = replace(reordered(1, 0, 2, 3), floor="infinite")  # B over A, which is loaded later
+    assert "blocked" not in kinds(hanging, before=hanging)
+    steps = {1: 1.0, 0: 0.0, 2: 0.0, 3: 1.0}  # B and D come down as a gap below B is closed
+    gap = [replace(GOOD.boxes[k], low=tuple(np.add(GOOD.boxes[k].low, (0.0, up, 0.0))))
+           for k, up in steps.items()]  # fmt: skip
+    airy, down = replace(hanging, boxes=tuple(gap)), (change(0, 0, y=-1.0), change(3, 3, y=-1.0))
+    assert "blocked" not in kinds(hanging, *down, before=airy)
+    aside = (replace(hanging.boxes[0], low=(6.0, 30.0, 0.0)), *hanging.boxes[1:])
+    assert "blocked" in kinds(
+        replace(hanging, boxes=aside), change(0, 0, x=1.0, y=-1.0), down[1], before=airy
+    )
     turned_round = moved(0, size=TURNED, offset=(0.0, 0.0, 1.0), low=(5.0, 0.0, -5.0))
     assert kinds(turned_round, change(0, 0, turned=True), allow=("turn",)) == {"overhang"}
