@@ -376,6 +376,7 @@ def test_progress_is_defined_once():
 
 FREE = {
     "reading": "the one place",
+    "cli": "the null device, for a standard stream that is closed",
     "layouts.files.parquet_rows": "an open layout file, after its size and footer were looked at",
     "layouts.parquet_reader": "an open file of layouts that a run wrote",
     "runs.blocks": "the file of layouts that this run wrote",

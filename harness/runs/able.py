@@ -71,8 +71,8 @@ def asked_to_stand(method: str | Method) -> Method:
     Raises:
         SpecError: no such method.
     """
-    if isinstance(method, Method):
-        return method
+    if not isinstance(method, str):
+        return method_of(method)
     spec = parse_spec(method)
     if not _DECIDING.intersection(dict(spec.values)) and Question.STANDS in each_question(
         spec.name

@@ -69,7 +69,7 @@ def test_labels_of_stands_are_selected_by_the_word(lists):
         ("ps_opt@mujoco", "ps_opt@mujoco:question=stands", "ps_opt@mujoco:question=stands"),
         ("ps_opt@mujoco:question=within",) * 3,
         ("sme", "sme", "sme"),
-        ("lstm_1:weights=there", "lstm_1:weights=there", "lstm_1:question=within,weights=there"),
+        ("lstm_1:weights=there", "lstm_1:weights=there", "lstm_1:weights=there,question=within"),
         ("ps3@mujoco", "ps3@mujoco", "ps3@mujoco:question=within"),
     ],
 )
