@@ -1,6 +1,8 @@
 """How much of a Parquet file is read: small ones can hold a value very many times."""
 
 import io
+import subprocess
+import sys
 
 import numpy as np
 import pandas as pd
@@ -57,6 +59,32 @@ def test_a_column_of_texts_that_the_file_names_in_two_ways_is_refused(place):
     names[place] = b"nymes"
     with pytest.raises(ValueError, match="a column of texts has two names"):
         table_of(before[0] + names[0] + before[1] + names[1] + before[2])
+
+
+FLIPS = """
+import io
+import pyarrow as pa
+import pyarrow.parquet as pq
+from steadyload.layouts.files.parquet_table import table_of
+
+sink = io.BytesIO()
+pq.write_table(pa.table({"step": [1, None], "name": ["a", "b"]}), sink)
+whole = sink.getvalue()
+footer = int.from_bytes(whole[-8:-4], "little") + 8
+for place in range(8 * (len(whole) - footer), 8 * len(whole)):
+    flipped = bytearray(whole)
+    flipped[place // 8] ^= 1 << place % 8
+    try:
+        table_of(bytes(flipped))
+    except (OSError, ValueError, pa.ArrowException):
+        pass
+"""
+
+
+def test_no_flipped_bit_of_a_footer_ends_the_process():
+    """Of some, pyarrow ends the process when it is asked for the size of a column."""
+    done = subprocess.run([sys.executable, "-c", FLIPS], capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "")
 
 
 def test_a_labelled_table_and_a_shard_that_are_too_large_are_named(tmp_path, monkeypatch):

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Sequence
 
 import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
+from steadyload.layouts.files.parquet_footer import footer_of, groups_of
 from steadyload.reading import MAX_TABLE_BYTES, in_words
 
 MAX_TABLE_VALUES = 32 * 1024**2
@@ -39,18 +41,15 @@ def table_of(
             :data:`.MAX_TABLE_BYTES` unpacked, or its texts do.
         OSError, ValueError, pyarrow.ArrowException: it is no such table.
     """
-    about = pq.read_metadata(pa.BufferReader(content))
-    chunks = [
-        about.row_group(group).column(column)
-        for group in range(about.num_row_groups)
-        for column in range(about.num_columns)
-    ]
-    values = max(about.num_rows, sum(chunk.num_values for chunk in chunks))
+    groups = groups_of(footer_of(io.BytesIO(content)))
+    values = sum(group.values for group in groups)
     if values > MAX_TABLE_VALUES:
         raise TableTooLargeError(f"it has {values:,} values; allowed: {MAX_TABLE_VALUES:,}")
-    _hold(sum(chunk.total_uncompressed_size for chunk in chunks))
-    texts = sorted({c.path_in_schema for c in chunks if c.physical_type == "BYTE_ARRAY"})
-    if texts:
+    _hold(sum(group.size for group in groups))
+    stated = pq.read_metadata(pa.BufferReader(content)).schema
+    columns_of_file = map(stated.column, range(len(stated)))
+    texts = sorted({c.path for c in columns_of_file if c.physical_type == "BYTE_ARRAY"})
+    if texts and values:
         # Every text is held once here, however often it stands in a column.
         try:
             file = pq.ParquetFile(pa.BufferReader(content), read_dictionary=texts)
