@@ -14,7 +14,7 @@ from typing import Any, NoReturn, TypeVar, Union, get_args, get_origin, get_type
 
 from steadyload.engines.quantities import quantity
 from steadyload.errors import UserError, nearest
-from steadyload.escaping import shown
+from steadyload.escaping import printable, shown
 from steadyload.numbers import POSITIVE, is_positive
 
 T = TypeVar("T")
@@ -23,6 +23,9 @@ NAMES, METAVAR, READ, OPERAND, FEWEST, BARE = (
     "names", "metavar", "read", "operand", "fewest", "bare"
 )  # fmt: skip
 """Keys of a field's metadata, beside those of :func:`steadyload.engines.quantities.quantity`."""
+
+_KEY = 40
+"""Characters of the key of an element in a message."""
 
 
 def option(
@@ -326,7 +329,8 @@ class _Field:
         raise self.error(f"{self.where}: {self.name} is {what}") from None
 
     def _at(self, key: object) -> _Field:
-        return _Field(self.where, f"{self.name}[{key}]", self.metadata, self.error)
+        name = f"{self.name}[{printable(str(key), _KEY)}]"
+        return _Field(self.where, name, self.metadata, self.error)
 
     def _fewest(self) -> int:
         """The smallest number of elements that a list may have."""

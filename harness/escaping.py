@@ -10,7 +10,7 @@ _SHOWN = 40
 _LONGEST = 1_000
 _MOST_BITS = 1023
 
-_LONGEST_SENTENCE = 4_000
+_LONGEST_SENTENCE = 2_000
 """Characters of a sentence about what is wrong: values in it may come from anywhere."""
 
 _MARKUP = re.compile(r"[\\`*\[\]<>|!#&~@]|(?<!\w)_|_(?!\w)|(?<=:)/(?=/)|(?<=www)\.")
@@ -35,10 +35,14 @@ def sentence(text: str) -> str:
     What is allowed mostly stands at the end, so that it is kept.
     """
     line = " ".join(text.split("\n")) if "\n" in text else text
-    if len(line) > _LONGEST_SENTENCE:
-        half = _LONGEST_SENTENCE // 2
-        line = f"{line[: half - 5]} ... {line[-half:]}"
-    return printable(line)
+    return _without_middle(printable(_without_middle(line)))
+
+
+def _without_middle(line: str) -> str:
+    if len(line) <= _LONGEST_SENTENCE:
+        return line
+    half = _LONGEST_SENTENCE // 2
+    return f"{line[: half - 5]} ... {line[-half:]}"
 
 
 def markdown(text: str) -> str:

@@ -1,15 +1,25 @@
 """Texts of users where they are shown: nothing in them is markup, a tag, a link or a command."""
 
 import json
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 
 from steadyload.cli import main
 from steadyload.cli.terminal import print_table, say, study_progress
+from steadyload.config import ConfigError, bind
+from steadyload.errors import UserError
 from steadyload.escaping import markdown, printable
 from steadyload.layouts import LayoutError
 from steadyload.reports.table import markdown_table
+
+
+@dataclass(frozen=True)
+class _Levels:
+    levels: Mapping[str, float]
+
 
 HANDED = Path(__file__).resolve().parents[2] / "shared" / "repro"
 
@@ -37,6 +47,20 @@ def test_an_error_shows_names_without_control_characters_and_cut():
     said = str(LayoutError("is wrong", layout="\x1b[2J" + "a" * 5000, item="\x1b[3J"))
     assert said.isprintable()
     assert len(said) < 300
+
+
+@pytest.mark.parametrize("text", ["a" * 5000, "\x1b" * 5000, "\x1b" * 1900, "a\n" * 2500])
+def test_a_sentence_has_a_limited_length_also_after_its_characters_were_escaped(text):
+    said = str(UserError(f"begins {text} allowed: 1"))
+    assert said.isprintable()
+    assert len(said) <= 2000
+    assert said.startswith("begins ")
+    assert said.endswith(" allowed: 1")
+
+
+def test_a_key_is_cut_where_a_value_is_refused():
+    with pytest.raises(ConfigError, match=r"^there: levels\[a{37}\.\.\.\] is 'x'; allowed: "):
+        bind(_Levels, {"levels": {"a" * 3000: "x"}}, "there")
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from steadyload.escaping import shown
 from steadyload.layouts.benchmark.tables import BenchmarkError
 from steadyload.layouts.model.layout import FloatArray
 
@@ -108,7 +109,9 @@ def _steps(content: Any, item_count: int) -> dict[int, Any]:
 
 def _item(key: str, step: int) -> int:
     if not (key.isascii() and key.isdigit() and int(key) <= step):
-        raise BenchmarkError(f"step {step}: item is {key!r}; allowed: 0 to {step}, placed by then")
+        raise BenchmarkError(
+            f"step {step}: item is {shown(key)}; allowed: 0 to {step}, placed by then"
+        )
     return int(key)
 
 

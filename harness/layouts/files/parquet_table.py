@@ -51,10 +51,7 @@ def table_of(
     texts = sorted({c.path for c in columns_of_file if c.physical_type == "BYTE_ARRAY"})
     if texts and values:
         # Every text is held once here, however often it stands in a column.
-        try:
-            file = pq.ParquetFile(pa.BufferReader(content), read_dictionary=texts)
-        except KeyError:
-            raise ValueError("a column of texts has two names") from None
+        file = pq.ParquetFile(pa.BufferReader(content), read_dictionary=texts)
         kept = file.read(columns=texts, use_threads=False)
         _hold(sum(_length(chunk) for column in kept.columns for chunk in column.chunks))
     return pq.read_table(pa.BufferReader(content), schema=schema, columns=columns)
