@@ -216,6 +216,18 @@ def world_class(name: str) -> type[FixedStepWorld]:
     return _declared_class(name)
 
 
+def warm_up(name: str, box_count: int) -> None:
+    """Make what worlds of an engine share, see :meth:`FixedStepWorld.warm_up`; where its packages
+    are not installed, and kept rows stand for them, there is nothing to make.
+
+    Raises:
+        KeyError, EngineNotInstalledError: see :func:`world_class`.
+    """
+    world = world_class(name)
+    if not _not_installed(engines()[name]):
+        world.warm_up(box_count)
+
+
 def capabilities(name: str) -> Capabilities:
     """Capabilities of an engine, also without its library if its adapter imports that later.
 

@@ -252,7 +252,7 @@ GONE = """
 import importlib.metadata
 import sys
 
-GONE = {"sapien", "rapier3d", "drake"}
+GONE = {"sapien", "rapier3d", "pybullet", "drake"}
 
 
 class Gone:
@@ -284,7 +284,7 @@ def test_a_page_of_kept_rows_is_the_same_without_packages_of_engines_and_with_fu
 ):
     """All that is kept of a page, remade here and where packages are missing and a plugin is."""
     monkeypatch.chdir(tmp_path)
-    remake = ["pages", "remake", "closed_forms", "--rows", str(ROOT / published.ROWS), "-o"]
+    remake = ["pages", "remake", "properties", "--rows", str(ROOT / published.ROWS), "-o"]
     assert main([*remake, "here"]) == 0
     elsewhere = tmp_path / "elsewhere"
     (elsewhere / "toy_engine-1.dist-info").mkdir(parents=True)
@@ -313,17 +313,17 @@ def test_a_page_of_kept_rows_is_the_same_without_packages_of_engines_and_with_fu
     status, _, told = run("-m", "steadyload.cli", *remake, "there")
     assert (status, told.splitlines()[0]) == (
         0,
-        "page 'closed_forms' has no kept rows of toy; steadyload pages remake closed_forms --judge "
+        "page 'properties' has no kept rows of toy; steadyload pages remake properties --judge "
         "judges and times them here",
     )
     assert not re.search("physx|sapien|rapier", told)
-    assert contents(Path("there", "closed_forms")) == contents(Path("here", "closed_forms"))
+    assert contents(Path("there", "properties")) == contents(Path("here", "properties"))
     status, _, told = run("-m", "steadyload.cli", *remake, "there", "--judge")
     assert (status, told) == (
         2,
-        f"uses the rows in runs/closed_forms; {ROOT / published.ROWS / 'closed_forms.tar.xz'} is "
+        f"uses the rows in runs/properties; {ROOT / published.ROWS / 'properties.tar.xz'} is "
         "not unpacked over them\n"
-        "steadyload: page 'closed_forms' has kept rows of physx, rapier, not installed here; "
+        "steadyload: page 'properties' has kept rows of physx, rapier, not installed here; "
         "without --judge it is made of what is kept\n",
     )
 

@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any, ClassVar
 
-from steadyload.engines.registry import numerics, world_class
+from steadyload.engines.registry import numerics, warm_up, world_class
 from steadyload.engines.world import VERSION as WORLD
 from steadyload.engines.world import EngineError
 from steadyload.layouts.model.contacts import VERSION as CONTACTS
@@ -110,7 +110,7 @@ class Simulation(Method):
         Raises:
             EngineNotInstalledError: its library is missing.
         """
-        world_class(self.engine).warm_up(item_count)
+        warm_up(self.engine, item_count)
 
     def steps(self, layout: Layout, watch: Stopwatch) -> StepScorer:
         """See :meth:`Method.steps`: the score is the largest movement in units of a threshold."""

@@ -12,7 +12,13 @@ import json
 from collections.abc import Mapping, Sequence
 
 from steadyload.atomic import write_atomically
-from steadyload.engines.registry import engines, engines_here, package_versions, world_class
+from steadyload.engines.registry import (
+    engines,
+    engines_here,
+    package_versions,
+    warm_up,
+    world_class,
+)
 from steadyload.methods.simulation import loading
 from steadyload.properties import closed_forms
 from steadyload.runs.able import chosen
@@ -39,7 +45,7 @@ class CellUnit(Asked[ExtremeCell], question="extremes"):
     sweep: str
     engine: str
     frequency: int | None
-    value: float
+    value: float | int  # in keys as the sweep states it
     timeout: float
     made_by: Mapping[str, str] = asked("made by")
 
@@ -113,7 +119,7 @@ def run_extremes(
             # One value at a time where a sweep may end.
             now = [u for own in left for u in own[: 1 if SWEEPS[own[0].sweep].stops else None]]
             for engine in {unit.engine for unit in now}:
-                world_class(engine).warm_up(0)  # compiled here, not in every worker
+                warm_up(engine, 0)  # compiled here, not in every worker
             store.complete(
                 now,
                 measured,

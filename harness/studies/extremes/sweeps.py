@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 
-from steadyload.engines.registry import world_class
+from steadyload.engines.registry import warm_up
 from steadyload.engines.world import Box, EngineError, WorldSettings
 from steadyload.methods.contract.method import Stopwatch, TimeoutExpiredError
 from steadyload.properties import closed_forms as runs
@@ -105,7 +105,7 @@ def measure_cell(
         value: on the sweep's axis, in its unit.
         timeout: CPU seconds after which there is no verdict; checked after every substep.
     """
-    world_class(engine).warm_up(0)
+    warm_up(engine, 0)
     watch = Stopwatch(timeout)
     stage = Stage(engine, frequency or runs.SAMPLING, watch)
     try:

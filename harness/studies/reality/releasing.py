@@ -10,7 +10,7 @@ from functools import cache
 import numpy as np
 
 from steadyload.engines.errors import EngineError
-from steadyload.engines.registry import capabilities, engines, package_versions, world_class
+from steadyload.engines.registry import capabilities, engines, package_versions, warm_up
 from steadyload.engines.world import Box, WorldSettings
 from steadyload.measured.derived import face_down
 from steadyload.measured.deviations import before_impacts, deviation, distances
@@ -282,4 +282,4 @@ def end_of(record: Trial, box: Box, spec: str) -> tuple[np.ndarray, np.ndarray] 
 @cache
 def _warm_up(spec: str) -> None:
     """Import and compile what the engine needs, so that no trial's time holds it."""
-    world_class(contact_of(spec).engine).warm_up(1)
+    warm_up(contact_of(spec).engine, 1)
