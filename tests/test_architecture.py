@@ -386,7 +386,6 @@ FREE = {
     "reports.pages.writing": "a folder, to lock it",
     "atomic": "writes",
     "tuning.ledger": "writes",
-    "cli": "the null device",
     "engines.reference.compiled": "the source of the program",
     "statics.kernels.compiled": "the source of the program",
     "learners.compiled": "the source of the program",
