@@ -20,9 +20,8 @@ class Fault:
 
     Attributes:
         step: at which the method says that it fails.
-        method: its spec.
-        simulation: spec of the simulation that saw the box at fault move: the method or a stage of
-            it; empty where the step was not simulated.
+        simulation: name and engine of the simulation that saw the box at fault move, the method or
+            a stage of it: "ps_opt@rapier"; empty where the step was not simulated.
         footing: in the plan, of the box that moves too far; of the box that is placed at the step,
             where none is known to move.
         lost: the first step at which contact forces do not balance the plan; None where they
@@ -31,7 +30,6 @@ class Fault:
     """
 
     step: int
-    method: str
     simulation: str
     footing: Footing
     lost: BalanceLost | None
@@ -53,7 +51,7 @@ class Fault:
         if lost is None or lost.step > self.step:
             boxes = "the first box" if self.step == 0 else f"the first {self.step + 1} boxes"
             later = "" if lost is None else f", up to {label_in(layout.items, lost.step)}"
-            moves = f"{self.method} alone calls the load unstable"
+            moves = "the method alone calls the load unstable"
             if self.simulation:
                 moves = f"only in the simulation of {self.simulation} does it move too far"
             when = f" {placed}" if is_another else ""
@@ -63,7 +61,7 @@ class Fault:
             moves = f", and then {box} moves too far" if is_another else ""
             tells = self.footing.edge is not None or self.footing.gap is not None
             detail = f": {own}" if tells and self.footing.item != lost.item else ""
-            return f"{said}; {self.method} sees the load fail only {placed}{moves}{detail}"
+            return f"{said}; the method sees the load fail only {placed}{moves}{detail}"
         if self.simulation and lost.item != self.footing.item:
             return f"{said}; in the simulation of {self.simulation} {box} moves too far first"
         return said
@@ -85,7 +83,7 @@ def fault_of(layout: Layout, verdict: Verdict, method: str) -> Fault | None:
         lost = balance_lost(layout)
     except UnresolvedError:
         resolved = False
-    decided = verdict.stage or method
-    seen = verdict.displacement is not None and parse_spec(decided).engine is not None
-    simulation = decided if seen else ""
-    return Fault(step, method, simulation, footing(layout, item), lost, resolved)
+    decided = parse_spec(verdict.stage or method)
+    seen = verdict.displacement is not None and decided.engine is not None
+    simulation = f"{decided.name}@{decided.engine}" if seen else ""
+    return Fault(step, simulation, footing(layout, item), lost, resolved)

@@ -118,7 +118,7 @@ def test_a_reason_begins_with_the_balance_that_is_lost():
     )
     assert saw(layout, 2, 2) == (
         "the centre of mass of box B (2nd of 3) lies 2.0 cm past the edge of box A (1st of 3) "
-        "(+x); 40 % of its base is supported; label@mujoco sees the load fail only when "
+        "(+x); 40 % of its base is supported; the method sees the load fail only when "
         "box C (3rd of 3) is placed"
     )
     assert saw(layout, 2, 1).endswith(
@@ -150,7 +150,7 @@ def test_a_gap_that_the_reason_names_is_said_once():
 def test_no_simulation_is_named_where_none_ran():
     standing = plan(block(), block(45.0, 20.0))
     assert saw(standing, 1, None, "fbs", displacement=None).endswith(
-        "contact forces balance the first 2 boxes, and fbs alone calls the load unstable"
+        "contact forces balance the first 2 boxes, and the method alone calls the load unstable"
     )
     for stage in ("settling", "lstm_e:question=stands"):
         verdict = Verdict(
@@ -161,7 +161,7 @@ def test_no_simulation_is_named_where_none_ran():
         assert "simulation" not in fault.sentence(standing)
     simulated = replace(verdict, stage="ps_opt@rapier:question=stands")
     fault = fault_of(standing, simulated, "cascade@rapier:question=stands")
-    assert "the simulation of ps_opt@rapier:question=stands does" in fault.sentence(standing)
+    assert "the simulation of ps_opt@rapier does" in fault.sentence(standing)
 
 
 def test_a_centre_of_mass_on_an_edge_is_said_to_lie_on_it():
