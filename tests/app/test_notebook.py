@@ -144,7 +144,7 @@ def test_names_are_text():
 def test_a_verdict_without_its_layout_has_no_picture():
     found = shown(sl.Verdict(20, failing_step=5, reason="item 4 tips"))
     assert found.picture is None
-    assert "fails at box 6 of 20 (score 0.25): item 4 tips" in found.words
+    assert "fails at box 6 of 20 (score 0.25): box 5 of 20 tips" in found.words
 
 
 def test_the_layout_of_a_verdict_is_no_part_of_what_is_compared():

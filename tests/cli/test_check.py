@@ -362,7 +362,7 @@ def test_the_page_states_the_limit_on_gaps_and_the_axes_of_the_file(run, tmp_pat
     run([hovering(0.4)], "--html", str(tmp_path / "ours"))
     page = (tmp_path / "ours" / "index.html").read_text()
     assert "it and drops farther than 2 cm." in page
-    assert "the side of high x and z." in page
+    assert "a box that leans to +x leans where the arrow +x points." in page
     file = written(
         tmp_path / "mm.csv",
         "bad,1200,800,1600,0,A,0,0,0,400,400,300,-1",
@@ -373,7 +373,7 @@ def test_the_page_states_the_limit_on_gaps_and_the_axes_of_the_file(run, tmp_pat
     page = (tmp_path / "theirs" / "index.html").read_text()
     assert "Too far: a corner by 100 mm along an axis" in page
     assert "it and drops farther than 5 mm." in page
-    assert "the side of high y and x." in page
+    assert "a box that leans to +y leans where the arrow +y points." in page
 
 
 def test_weights_are_in_the_unit_of_the_file(run, tmp_path):

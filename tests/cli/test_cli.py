@@ -172,9 +172,9 @@ def test_the_deck_is_an_option_of_commands_that_read_layouts(steadyload, tmp_pat
 def test_scores_for_people(steadyload, layout_file):
     done = steadyload("score", layout_file, "-m", "sme", cwd=layout_file.parent)
     header, first, second = done.stdout.splitlines()
-    assert header.split()[:3] == ["layout", "method", "items"]
+    assert header.split()[:3] == ["layout", "method", "boxes"]
     assert first.split()[:4] == ["stands", "sme", "3", "1.000"]
-    assert second.split()[:5] == ["falls", "sme", "2", "0.500", "1"]
+    assert second.split()[:5] == ["falls", "sme", "2", "0.500", "2"]
 
 
 def test_a_reader_that_goes_away_is_no_error(layout_file):

@@ -591,7 +591,7 @@ def test_a_placement_that_crushes_a_box_is_refused(spec):
             verdict = other.try_place(on_top[1])
         assert not verdict.stable
         assert (verdict.failing_step, verdict.moved_item) == (2, 0)
-        assert verdict.reason == "crushed at step 2: item 0 bears 16 kg of 15"
+        assert verdict.reason == "crushed when the 3rd box is placed: box 1 of 3 bears 16 kg of 15"
         assert len(session) == 2
         light = replace(on_top[1], weight=6.0)
         assert session.feasible(light, places).tolist() == [True, True]
