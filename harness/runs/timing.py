@@ -12,7 +12,7 @@ import logging
 import os
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from operator import attrgetter
 from pathlib import Path
@@ -167,11 +167,13 @@ class Times:
         cpu, wall: by method [ms], shape (repeats, layouts).
         load: the most processes that wanted to run while times were taken, one of them ours; None
             where the system does not tell.
+        made_with: provenance of the last block, as a page shows it; empty where it is not known.
     """
 
     cpu: dict[str, NDArray[np.float64]]
     wall: dict[str, NDArray[np.float64]]
     load: float | None
+    made_with: Mapping[str, str] = field(default_factory=dict)
 
 
 def timed(
@@ -208,7 +210,9 @@ def timed(
     made = made_now(named.values())
     blocks = [chosen[start : start + block] for start in range(0, len(chosen), block)]
     turns = [Turn(made, own, block, number) for number, own in enumerate(blocks * repeats)]
-    kept, _ = kept_rows(folder, turns, TurnTimes, workers=min(workers, 1), progress=progress)
+    kept, made_with = kept_rows(
+        folder, turns, TurnTimes, workers=min(workers, 1), progress=progress
+    )
     loads = [turn.load for turn in kept if turn.load is not None]
     cpu, wall = (
         {
@@ -217,7 +221,7 @@ def timed(
         }
         for clock in (attrgetter("cpu"), attrgetter("wall"))
     )
-    return Times(cpu, wall, max(loads) if len(loads) == len(kept) else None)
+    return Times(cpu, wall, max(loads) if len(loads) == len(kept) else None, made_with)
 
 
 @dataclass(frozen=True)

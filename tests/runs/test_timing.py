@@ -108,10 +108,11 @@ def test_a_block_that_was_taken_is_not_taken_again(asked, layouts, tmp_path, mon
 def test_kept_times_name_their_cases_and_the_code_and_machine_that_took_them(
     asked, layouts, tmp_path
 ):
-    timed(METHODS, layouts, tmp_path / "turns", repeats=1, block=3, workers=0)
+    times = timed(METHODS, layouts, tmp_path / "turns", repeats=1, block=3, workers=0)
     learned = layouts[:2]
     timed_batches(["lstm_1"], learned, tmp_path / "batches", repeats=1, batches=(2,), workers=0)
     here = provenance_lines()
+    assert times.made_with == here
     for folder, of in (("turns", layouts), ("batches", learned)):
         store = Store(tmp_path / folder, JSON)
         rows = [row for key in store.keys() for row in store.read(key)]  # noqa: SIM118

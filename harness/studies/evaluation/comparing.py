@@ -216,6 +216,8 @@ def compare(lab: Lab, asked: Options, *, sizes: tuple[int, ...] = (), views: int
     epochs, converted = unlike_the_paper(list(sets[0].evaluation.judged.keys.values()))
     unlabelled = benchmark.cases["status"].value_counts().sort_index()
     made_with = manifest_lines(sets[0].evaluation.judged)
+    if sets[0].timing:
+        made_with |= {f"times: {name}": of for name, of in sets[0].timing.made_with.items()}
     if planar:
         lines = manifest_lines(planar.evaluation.judged)
         made_with |= {f"planar {key}": lines[key] for key in ("labelled set", "layouts", "rows")}
@@ -391,5 +393,6 @@ def _write_front(own: JudgedSet, made_with: Mapping[str, str], work: Path) -> No
         methods, judged = own.evaluation.methods, own.evaluation.judged
         file = work / NAME
         kept = load_fronts(file) if file.exists() else ()
-        new = front_of(judged, own.question, methods, times, made_with)
+        about = {**made_with, **own.timing.made_with}  # the machine is that of the times
+        new = front_of(judged, own.question, methods, times, about)
         write_fronts(merged(kept, [new]), file)

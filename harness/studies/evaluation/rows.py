@@ -165,6 +165,7 @@ class Timing:
         untimed: methods without times, with the reason.
         refused: of methods with times, cases that they refuse; no method was timed on those.
         load: sentence on what else the machine did.
+        made_with: provenance of the times; empty where it is not known.
     """
 
     yardstick: MethodKey | None
@@ -179,3 +180,4 @@ class Timing:
     untimed: Mapping[str, str]
     refused: Mapping[str, int]
     load: str
+    made_with: Mapping[str, str]

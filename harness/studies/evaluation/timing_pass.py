@@ -47,4 +47,5 @@ def timing_of(asked: Options, timed: Timed, evaluation: Evaluation) -> Timing:
         untimed=timed.untimed,
         refused=timed.refused,
         load=load_explained(evaluation.cost_source.load),
+        made_with=timed.times.made_with,
     )
