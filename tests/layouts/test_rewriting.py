@@ -698,7 +698,7 @@ def test_what_the_judge_saw_beside_places_is_compared_too(tmp_path):
     plan, _ = read_layouts(source, dialect=MILLIMETRES)
     higher = replace(plan.pallet, height=plan.pallet.height + 1.0)
     for other, told in (
-        (plan.bearing((None, 7.5)), r"box b \(step 1\): .*another max_load; allowed: "),
+        (plan.bearing((None, 7.5)), r"box b \(2nd\): .*another max_load; allowed: "),
         (plan.on("deck"), "another pallet; allowed: "),
         (Layout("P", higher, plan.items), "another pallet; allowed: "),
     ):
@@ -719,7 +719,7 @@ def test_a_plan_that_an_edit_changes_by_mistake_is_refused(tmp_path, monkeypatch
     source.write_text(SHIPPED)
     plan, _ = read_layouts(source, dialect=MILLIMETRES)
     monkeypatch.setattr(plans_module, "_edits", one_more)
-    with pytest.raises(LayoutError, match=r'layout "Q": box a \(step 0\): .* another place'):
+    with pytest.raises(LayoutError, match=r'layout "Q": box a \(1st\): .* another place'):
         rewrite(Content.of(source), target, {"P": replan(plan, order=(1, 0))}, dialect=MILLIMETRES)
     assert not target.exists()
 

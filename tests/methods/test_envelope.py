@@ -325,7 +325,7 @@ def test_a_study_warns_on_stderr(study, capsys):
 
 
 def test_a_score_warns_on_stderr_and_in_its_records(study, capsys):
-    file, method = str(study / "layouts.json"), TOLD
+    file, method = str(study / "layouts.json"), f"{TOLD},question=within"
     assert main(("score", file, "-m", method, "-m", "sme", "--json")) == 0
     out, err = capsys.readouterr()
     assert err.count("warning: ") == 1
@@ -419,7 +419,7 @@ def test_check_and_score_warn_of_a_fall_that_closed_forms_deny(tmp_path, capsys,
         main([*words, "-m", spec, "--json"])
         told = capsys.readouterr()
         assert warning in told.err
-        assert ["item 11 is placed" in record["doubt"] for record in json.loads(told.out)] == [
+        assert ["when box 12 of 12 is placed" in record["doubt"] for record in json.loads(told.out)] == [
             True, False,
         ]  # fmt: skip
 
