@@ -87,7 +87,7 @@ for place in range(8 * (len(whole) - footer), 8 * len(whole)):
 
 
 def test_no_flipped_bit_of_a_footer_ends_the_process():
-    """Of some, pyarrow ends the process when it is asked for the size of a column."""
+    """pyarrow ends the process for some of them, when it is asked for the size of a column."""
     done = subprocess.run([sys.executable, "-c", FLIPS], capture_output=True, text=True)
     assert (done.returncode, done.stderr) == (0, "")
 
