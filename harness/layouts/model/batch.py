@@ -12,7 +12,6 @@ from typing import Any, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from steadyload.errors import required_list
 from steadyload.layouts.model.batch_checks import (
     Pallets,
     checked_array,
@@ -29,7 +28,7 @@ from steadyload.layouts.model.layout import (
     Layout,
     LayoutError,
     Pallet,
-    require_layout,
+    require_layouts,
     view_on,
 )
 
@@ -87,9 +86,7 @@ class LayoutBatch:
             WrongTypeError: it is no list.
             LayoutError: one of its elements is no layout.
         """
-        each = required_list("layouts", layouts, "a list of Layouts")
-        for layout in each:
-            require_layout(layout)
+        each = require_layouts(layouts)
         empty = np.empty((0, 3))
         ids = [layout.ids for layout in each]
         return cls(
