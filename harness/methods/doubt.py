@@ -12,11 +12,11 @@ from steadyload.layouts.model.frame import Frame
 from steadyload.layouts.model.layout import Layout
 from steadyload.methods.contract.method import Method
 from steadyload.methods.contract.verdict import Verdict
-from steadyload.methods.registry import make_method
+from steadyload.methods.equilibrium.margin import margin_as_planned
 
 _MARGIN, _SHARE = 0.5, 0.05
-"""Contact patches are drawn in by this [cm], and by at most this share of the shortest edge of a
-base, on every side."""
+"""Of a load in balance the margin is at least this [cm], or this share of the shortest edge of a
+base."""
 
 
 def doubt(layout: Layout, method: Method, verdict: Verdict, frame: Frame | None = None) -> str:
@@ -33,12 +33,11 @@ def doubt(layout: Layout, method: Method, verdict: Verdict, frame: Frame | None 
     step = verdict.failing_step
     if method.spec.engine is None or step is None or verdict.displacement is None:
         return ""
+    margin = margin_as_planned(layout.first(step + 1))
     edges = layout.sizes[: step + 1, ::2]
-    margin = min(_MARGIN, _SHARE * float(edges.min()))
-    balance = make_method(f"equilibrium:margin={margin:.4g}")
-    if not balance.judge(layout.first(step + 1)).stable:
+    if margin is None or margin.cm < min(_MARGIN, _SHARE * float(edges.min())):
         return ""
-    spare = (frame or Frame()).length(margin, finely=True)
+    spare = (frame or Frame()).length(margin.cm, finely=True)
     return (
         f"item {verdict.item_at_fault} moves too far in {method.spec.engine} when item {step} is "
         f"placed, but contact forces balance the load, with {spare} to spare"

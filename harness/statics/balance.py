@@ -33,6 +33,9 @@ from steadyload.statics.resolution import unresolved
 VERSION = 1
 """Of balance, friction and who touches: raised when they come to other verdicts."""
 
+DRAWN_IN = 1
+"""Of balance with patches that are drawn in: likewise."""
+
 
 def inset(layout: Arrangement, items: int | slice) -> FloatArray:
     """How far inside its base a centre of mass lies [cm], negative outside; shape () or (n,).

@@ -15,6 +15,7 @@ and the way to the rest position plays no part: none is overshot.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +24,7 @@ from steadyload.layouts.model.layout import TOLERANCE, FloatArray, Layout
 from steadyload.statics.kernels.constants import FLOOR
 from steadyload.statics.movement import Movement
 
-VERSION = 1
+VERSION = 2
 """Of rest positions: raised when others are found."""
 
 Indices = NDArray[np.intp]
@@ -52,12 +53,35 @@ class RestPositionError(RuntimeError):
     """The linear programme could not be solved."""
 
 
+class Movements(NamedTuple):
+    """Movements of several items away from their planned poses.
+
+    Attributes:
+        items: their sequence numbers, shape (n,), as all others.
+        displacements: [cm].
+        rotations: the largest angle about an axis [degrees].
+        beyond: the larger of the two, in units of its threshold.
+    """
+
+    items: Indices
+    displacements: FloatArray
+    rotations: FloatArray
+    beyond: FloatArray
+
+    def furthest(self, among: NDArray[np.bool_]) -> Movement:
+        """The movement that is furthest beyond its threshold, of some of the items."""
+        worst = int(np.where(among, self.beyond, -1.0).argmax())
+        shift, turn = float(self.displacements[worst]), float(self.rotations[worst])
+        return Movement(int(self.items[worst]), shift, turn, float(self.beyond[worst]))
+
+
 class RestPositions:
     """Rest positions of parts of a layout.
 
     Args:
         layout: what is loaded.
-        margin: by which contact patches are drawn in on every side [cm].
+        margin: by which contact patches are drawn in on every side [cm]; one of which nothing is
+            left carries nothing.
         eps_t: displacement that counts as unstable [cm].
         eps_r: angle that counts as unstable [degrees], up to 45.
     """
@@ -96,13 +120,16 @@ class RestPositions:
                 np.concatenate((plan_low[grounded], plan_high[grounded]), axis=1),
             )
         )
-        by = np.minimum(margin, 0.5 * (patches[:, 2:] - patches[:, :2]))
-        patches[:, :2] += by
-        patches[:, 2:] -= by
+        left = (patches[:, 2:] - patches[:, :2]).min(axis=1) >= 2.0 * margin
+        patches = patches[left]
+        patches[:, :2] += margin
+        patches[:, 2:] = np.maximum(patches[:, 2:] - margin, patches[:, :2])
+        self.below, self.above = self.below[left], self.above[left]
+        self._gaps = self._gaps[left]
         self._corners = patches[:, _CORNERS]
 
-    def of(self, items: Indices, fixed: Indices) -> Movement:
-        """The item that is furthest from its planned pose when all are at rest.
+    def movements(self, items: Indices, fixed: Indices) -> Movements:
+        """How far items are from their planned poses when all are at rest.
 
         Args:
             items: that may sink and tilt, in ascending order; nothing else may meet them but the
@@ -120,10 +147,7 @@ class RestPositions:
         aside = np.abs(sunk[:, 1:]).max(axis=1) * half[:, 1]
         shifts = np.maximum(np.abs(down), aside)
         beyond = np.maximum(shifts / max(self._eps_t, 1e-12), tilts / max(self._eps_r, 1e-12))
-        worst = int(beyond.argmax())
-        return Movement(
-            int(items[worst]), float(shifts[worst]), float(tilts[worst]), float(beyond[worst])
-        )
+        return Movements(items, shifts, tilts, beyond)
 
     def _solve(self, items: Indices, fixed: Indices) -> FloatArray:
         """Height above the plan [cm] and slopes along x and z of every item, shape (n, 3)."""

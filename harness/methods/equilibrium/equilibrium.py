@@ -36,8 +36,8 @@ from steadyload.methods.equilibrium.steps import BalancedSteps, TimedSteps
 from steadyload.methods.equilibrium.warming import load_balance
 from steadyload.methods.rules.rule_loading import BalancedLoader
 from steadyload.statics import kernels
+from steadyload.statics.balance import DRAWN_IN, VerticalBalance, inset
 from steadyload.statics.balance import VERSION as BALANCE
-from steadyload.statics.balance import VerticalBalance, inset
 from steadyload.statics.friction import Sides, unbalanced_item
 from steadyload.statics.kernels.constants import BALANCED, UNBALANCED, UNDECIDED, UNRESOLVED
 from steadyload.statics.motion import VERSION as MOTION
@@ -119,7 +119,8 @@ class Equilibrium(Method):
     edge is balanced, as with SME.
 
     ``margin`` asks for more: balance with contact patches that are smaller by so much on every
-    side. A load that needs an edge, or nearly, stands for 0.3 s; in the end it falls.
+    side; one of which nothing is left carries nothing. A load that needs an edge, or nearly,
+    stands for 0.3 s; in the end it falls.
 
     ``sides`` lets side faces that touch push, too, with or without friction, and then all
     horizontal faces have friction. Full friction accepts jammed states: a box between two others
@@ -140,6 +141,11 @@ class Equilibrium(Method):
         "contacts": CONTACTS, "balance": BALANCE, "motion": MOTION
     }  # fmt: skip
     packages = ("numba", "numpy", "scipy")
+
+    def parts(self) -> Mapping[str, int]:
+        """See :meth:`Method.parts`."""
+        drawn = {"drawn in": DRAWN_IN} if self.parameters.margin else {}
+        return {**super().parts(), **drawn}
 
     @property
     def traits(self) -> frozenset[Trait]:

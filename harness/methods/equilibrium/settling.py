@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
@@ -35,13 +35,16 @@ from steadyload.statics.rest_position import RestPositions
 AT_REST = Movement(-1, 0.0, 0.0, 0.0)
 """Where nothing moves at all."""
 
+FIRM = 0.01
+"""Balance within this is none [cm]: what needs the very edge stands for no time."""
+
 
 @dataclass(frozen=True)
 class SettlingParameters:
     """Parameters: how firmly balance must hold, and how far a load may settle."""
 
     margin: float = quantity(
-        0.01, "draw in contact patches by this on every side: balance within it counts as none",
+        FIRM, "draw in contact patches by this on every side: balance within it counts as none",
         unit="cm", least=0, most=10,
     )  # fmt: skip
     eps_t: float = quantity(10, "displacement that counts as unstable", unit="cm", least=0)
@@ -56,7 +59,7 @@ class Settling(Method):
     (:mod:`steadyload.statics.rest_position`); the step fails if a left-bottom-back
     corner comes further than ``eps_t`` along an axis, or a box tilts by more than ``eps_r``. Real
     pallets have gaps of some millimetres everywhere: nearly all of their boxes settle, and few
-    balance as planned.
+    balance as planned. A larger ``margin`` asks for more: rest with it as well as without.
 
     It answers whether a load stands in the end. Boxes do not slide, lean on each other sideways, or
     overshoot. A time limit is looked at between steps.
@@ -80,8 +83,8 @@ class Settling(Method):
         return MovementLimits(math.inf, self.parameters.eps_t, self.parameters.eps_r)
 
     def steps(self, layout: Layout, watch: Stopwatch) -> StepScorer:
-        """See :meth:`Method.steps`: the score is the largest movement in units of a threshold."""
-        return _SettlingSteps(self.parameters, layout)
+        """See :meth:`Method.steps`, and :class:`SettlingSteps` for the scores."""
+        return SettlingSteps(self.parameters, layout)
 
     def prepare(self, item_count: int = 0) -> None:
         """See :meth:`Method.prepare`: compile."""
@@ -94,7 +97,7 @@ class Settling(Method):
         ended, first, _ = kernels.balance.first_unbalanced(*arrays, floor, margin)
         if ended == BALANCED:
             return STABLE
-        steps = _SettlingSteps(self.parameters, layout)
+        steps = SettlingSteps(self.parameters, layout)
         for step in range(first, len(layout)):
             watch.check()
             # One that is no number is above nothing.
@@ -103,7 +106,49 @@ class Settling(Method):
         return STABLE
 
 
-class _SettlingSteps(StepScorer):
+class SettlingSteps(StepScorer):
+    """Scores of single steps: the largest movement of a box, in units of its threshold.
+
+    A box that came too far at a step that was scored before does not count again: that step answers
+    for it. With a margin, boxes must rest without it, too: of a narrow contact over which one tips
+    nothing is left with it.
+
+    Args:
+        parameters: of the method.
+        layout: any layout.
+    """
+
+    decision_threshold = 1.0
+
+    def __init__(self, parameters: SettlingParameters, layout: Layout) -> None:
+        margins = dict.fromkeys((parameters.margin, min(FIRM, parameters.margin)))
+        self._at = [RestingSteps(replace(parameters, margin=each), layout) for each in margins]
+        self._worst = self._at[0]
+
+    def step_score(self, step: int) -> float:
+        """See :meth:`StepScorer.step_score`."""
+        worst = -1.0
+        for at in self._at:
+            score = at.step_score(step)
+            if not score <= worst:
+                self._worst, worst = at, score
+            if not worst <= 1.0:
+                break
+        return worst
+
+    def finding(self, step: int) -> Finding:
+        """See :meth:`StepScorer.finding`."""
+        return self._worst.finding(step)
+
+
+class RestingSteps(StepScorer):
+    """The same with contact patches that are drawn in by one margin.
+
+    Args:
+        parameters: of the method.
+        layout: any layout.
+    """
+
     decision_threshold = 1.0
 
     def __init__(self, parameters: SettlingParameters, layout: Layout) -> None:
@@ -123,9 +168,12 @@ class _SettlingSteps(StepScorer):
         self._placed = 0
         self._balanced: set[int] = set()
         self._settles: set[int] = set()
+        # Items that came too far at a step before.
+        self._falls = np.zeros(len(layout), dtype=np.bool_)
         self._found: Finding | None = None
 
     def step_score(self, step: int) -> float:
+        """See :meth:`StepScorer.step_score`."""
         self._found = None
         for placed in range(self._placed, step + 1):
             group = self._join(placed)
@@ -146,6 +194,7 @@ class _SettlingSteps(StepScorer):
         return far.beyond
 
     def finding(self, step: int) -> Finding:
+        """See :meth:`StepScorer.finding`."""
         return self._found or super().finding(step)
 
     def _join(self, item: int) -> list[int]:
@@ -161,7 +210,9 @@ class _SettlingSteps(StepScorer):
         return group
 
     def _far(self, step: int, group: list[int]) -> Movement:
-        """The movement of the item of a group that gets furthest after a step."""
+        """The movement of the item of a group that gets furthest after a step, of those that did
+        not come too far before.
+        """
         if self._settles.isdisjoint(group):
             for item in group:
                 if item not in self._balanced:
@@ -174,4 +225,7 @@ class _SettlingSteps(StepScorer):
         self._settles.update(group)
         who = np.array(group)
         firm = self._fixed[who]
-        return self._rest.of(who[~firm], who[firm])
+        moved = self._rest.movements(who[~firm], who[firm])
+        before = self._falls[moved.items]
+        self._falls[moved.items] = ~(moved.beyond <= 1.0)
+        return AT_REST if before.all() else moved.furthest(~before)

@@ -31,6 +31,7 @@ if TYPE_CHECKING:  # so that editors know what each holds
     from steadyload.statics.kernels import least_squares as least_squares
     from steadyload.statics.kernels import loading as loading
     from steadyload.statics.kernels import local_balance as local_balance
+    from steadyload.statics.kernels import margin as margin
     from steadyload.statics.kernels import motion as motion
     from steadyload.statics.kernels import pendulums as pendulums
     from steadyload.statics.kernels import placing as placing

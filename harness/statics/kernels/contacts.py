@@ -105,17 +105,25 @@ def contacts_of(lower: Any, upper: Any, floor: Any) -> Contacts:
 def draw_in(patches: Any, margin: float) -> None:
     """Draw in patches by a margin [cm] on every side, in place.
 
-    What is narrower than twice that becomes a line in its middle.
+    Of what is narrower than twice that nothing is left: it carries nothing, see :func:`is_left`.
 
     Args:
         patches: x0, z0, x1, z1 [cm], shape (P, 4).
         margin: 0 or more.
     """
     for k in range(len(patches)):
-        for axis in range(2):
-            by = min(margin, 0.5 * (patches[k, axis + 2] - patches[k, axis]))
-            patches[k, axis] += by
-            patches[k, axis + 2] -= by
+        x0, z0, x1, z1 = patches[k]
+        if min(x1 - x0, z1 - z0) < 2.0 * margin:
+            patches[k, 0], patches[k, 1], patches[k, 2], patches[k, 3] = 0.0, 0.0, -1.0, -1.0
+        else:
+            patches[k, 0], patches[k, 2] = x0 + margin, max(x0 + margin, x1 - margin)
+            patches[k, 1], patches[k, 3] = z0 + margin, max(z0 + margin, z1 - margin)
+
+
+@compiled
+def is_left(patches: Any, number: int) -> bool:
+    """Whether something is left of a patch that was drawn in."""
+    return bool(patches[number, 2] >= patches[number, 0])
 
 
 @compiled

@@ -25,7 +25,7 @@ from steadyload.statics.kernels.constants import (
     UNBALANCED,
     UNRESOLVED,
 )
-from steadyload.statics.kernels.contacts import Contacts
+from steadyload.statics.kernels.contacts import Contacts, is_left
 from steadyload.statics.kernels.least_squares import least_squares_of_blocks
 
 
@@ -165,12 +165,14 @@ def patches_of(free: Any, step: int, contacts: Contacts, meets: Any, role: Any) 
     count = 0
     for item in free:
         for k in range(contacts.starts[item], contacts.ends[item]):
-            if contacts.below[k] <= step:
+            if contacts.below[k] <= step and is_left(contacts.patches, k):
                 found[count, 0], found[count, 1], found[count, 2] = k, item, contacts.below[k]
                 count += 1
         for k in range(contacts.above_starts[item], contacts.above_ends[item]):
             other = contacts.above[k]
             if other <= step and role[other] != FREE and not contacts.on_floor[other]:
+                if not is_left(contacts.patches, meets[k]):
+                    continue
                 found[count, 0], found[count, 1], found[count, 2] = meets[k], other, item
                 count += 1
     return found[:count]

@@ -8,6 +8,7 @@ import numpy as np
 
 from steadyload.statics.kernels.compiled import compiled
 from steadyload.statics.kernels.constants import EDGE
+from steadyload.statics.kernels.contacts import is_left
 from steadyload.statics.kernels.least_squares import nonnegative_least_squares
 
 
@@ -23,8 +24,12 @@ def spread(force: float, x: float, z: float, patches: Any, presses: Any) -> bool
         presses: the force at every patch and its moments are put there, shape (k, 3).
     """
     presses[:] = 0.0
-    count = len(patches)
-    for k in range(count):
+    owners, count = np.empty(len(patches), dtype=np.int64), 0
+    for k in range(len(patches)):
+        if not is_left(patches, k):
+            continue
+        owners[count] = k
+        count += 1
         x0, z0, x1, z1 = patches[k]
         if x0 - EDGE <= x <= x1 + EDGE and z0 - EDGE <= z <= z1 + EDGE:
             presses[k, 0], presses[k, 1], presses[k, 2] = force, force * x, force * z
@@ -35,7 +40,7 @@ def spread(force: float, x: float, z: float, patches: Any, presses: Any) -> bool
     for corners in (1, 4):
         points = np.empty((count * corners, 2))
         for k in range(count):
-            x0, z0, x1, z1 = patches[k]
+            x0, z0, x1, z1 = patches[owners[k]]
             for corner in range(corners):
                 at = k * corners + corner
                 if corners == 1:
@@ -43,15 +48,17 @@ def spread(force: float, x: float, z: float, patches: Any, presses: Any) -> bool
                 else:
                     points[at, 0] = x0 if corner < 2 else x1
                     points[at, 1] = z0 if corner % 2 == 0 else z1
-        if _shared(force, x, z, points, corners, presses):
+        if _shared(force, x, z, points, corners, owners, presses):
             return True
     return False
 
 
 @compiled
-def _shared(force: float, x: float, z: float, points: Any, corners: int, presses: Any) -> bool:
+def _shared(
+    force: float, x: float, z: float, points: Any, corners: int, owners: Any, presses: Any
+) -> bool:
     """Forces at given points whose resultant is the given one, added to the presses of their
-    patches, which have so many points each; False without any.
+    ``owners``, the patches, which have so many points each; False without any.
     """
     # Lengths in units of the farthest point, so that the residue means the same at every size.
     reach = 0.0
@@ -68,7 +75,7 @@ def _shared(force: float, x: float, z: float, points: Any, corners: int, presses
         return False
     for k in range(len(points)):
         if parts[k] > 0.0:
-            part, owner = parts[k] * force, k // corners
+            part, owner = parts[k] * force, owners[k // corners]
             presses[owner, 0] += part
             presses[owner, 1] += part * points[k, 0]
             presses[owner, 2] += part * points[k, 1]

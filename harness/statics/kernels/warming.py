@@ -27,6 +27,7 @@ from steadyload.statics.kernels.growing import BOX, first_arrays, put, take_off
 from steadyload.statics.kernels.least_energy import Columns, Factors, solved
 from steadyload.statics.kernels.least_squares import nonnegative_least_squares
 from steadyload.statics.kernels.local_balance import closest_to_balance
+from steadyload.statics.kernels.margin import margin_as_planned
 from steadyload.statics.kernels.placing import SUPPORTED, place, stand
 from steadyload.statics.kernels.sme import first_unsupported, first_unsupported_of_many
 from steadyload.statics.kernels.timed_balance import (
@@ -56,6 +57,7 @@ def warm_up() -> None:
     ):
         one(lower, upper, weights, offsets, floor, *how)
         many(lower, upper, weights, offsets, floors, starts, *how)
+    margin_as_planned(lower, upper, weights, offsets, floor, 1.0)
     held = begin_held(lower, upper, weights, offsets, floor, 0.0)
     balance_whole_group(1, held)
     joined(1, held.contacts)
