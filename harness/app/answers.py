@@ -13,6 +13,8 @@ from steadyload.layouts.model.footing import Footing, Gap, Side
 from steadyload.layouts.model.frame import Frame
 from steadyload.methods.contract.old_keys import with_old_keys
 from steadyload.methods.contract.verdict import Verdict, record_of
+from steadyload.methods.equilibrium.margin import CLOSE_CALL as CLOSE_CALL
+from steadyload.methods.equilibrium.margin import LoadMargin, MarginKind
 from steadyload.notebook import ShownInNotebook
 from steadyload.runs.able import asked_question, spec_with_question
 from steadyload.statics.bearing.crushed import Crushed
@@ -42,6 +44,15 @@ class Answer(StrEnum):
     HOVERS = "hovers"
     NOT_JUDGED = "not judged"
     BAD_INPUT = "bad input"
+
+
+def close_to(frame: Frame) -> str:
+    """What the margin of a load is, and from which on it is a close call."""
+    return (
+        "By: how much smaller all contacts may be on every side with the load still standing, at "
+        "rest where boxes have gaps below them; a load is a close call below "
+        f"{frame.stated(CLOSE_CALL)} {frame.unit}."
+    )
 
 
 def counted(answers: Iterable[str]) -> list[str]:
@@ -107,6 +118,10 @@ class Check(ShownInNotebook):
         crushed: the box that first bears more than it may; the load fails then, at that step,
             unless something moves too far before. None where none does, or none has a limit.
         transport: whether the complete load holds a rule of the road; None where none was asked.
+        margin: by how much a load that stands, or hovers, does so; None where closed forms do not
+            find that it stands, and for other answers.
+        margin_box: id of the box that is the first to lose its balance; None where there is no such
+            box, or it has no id.
     """
 
     layout: str
@@ -134,11 +149,18 @@ class Check(ShownInNotebook):
     remedy: str = ""
     crushed: Crushed | None = None
     transport: RuleAnswer | None = None
+    margin: LoadMargin | None = None
+    margin_box: str | None = None
 
     @property
     def stands(self) -> bool:
         """Whether the load stands, box by box."""
         return self.answer is Answer.STANDS
+
+    @property
+    def close_call(self) -> bool:
+        """Whether a load stands by less than :data:`CLOSE_CALL`, or by no known margin."""
+        return self.stands and (self.margin is None or self.margin.is_close_call)
 
     @property
     def hovering(self) -> bool:
@@ -168,7 +190,7 @@ class Check(ShownInNotebook):
     def sentence(self) -> str:
         """The answer in a few words: "fails at box 6 of 9: SKU-2002 tips to +z, 13.1 cm"."""
         if self.answer is Answer.STANDS:
-            return "stands" + self._gap_in_brief
+            return f"{'close call' if self.close_call else 'stands'}{self._by}{self._gap_in_brief}"
         if self.answer is Answer.BAD_INPUT:
             return str(self.answer)
         if self.answer is Answer.NOT_JUDGED:
@@ -184,6 +206,18 @@ class Check(ShownInNotebook):
         box = self.failing_box if said.moved_item is None else self.moved_box
         placed = f"box {said.failing_step + 1} of {self.items}"
         return f"fails at {placed}: {box or f'box {at_fault + 1}'}{self._motion}"
+
+    @property
+    def _by(self) -> str:
+        """The margin of a load that stands, to follow that."""
+        margin = self.margin
+        if margin is None:
+            return ", margin not known"
+        at_rest = " at rest" if margin.kind is MarginKind.AT_REST else ""
+        said = f", by {margin.words(self.frame)}{at_rest}"
+        if margin.item is None:
+            return said
+        return f"{said} at {self.margin_box or f'box {margin.item + 1}'}"
 
     @property
     def _hovering(self) -> str:
@@ -260,6 +294,11 @@ class Check(ShownInNotebook):
             **_footing_fields(self.footing, self.frame),
             "unsupported": self.unsupported if known else None,
             "hovering": self.hovering if known else None,
+            "close_call": self.close_call if known else None,
+            "margin_cm": None if self.margin is None else round(self.margin.cm, 3),
+            "margin_kind": None if self.margin is None else str(self.margin.kind),
+            "margin_item": None if self.margin is None else self.margin.item,
+            "margin_box": self.margin_box,
             "gaps": self.gaps if known else None,
             "gap_cm": round(widest, 6) if known else None,
             "gap_step": None if self.gap is None else self.gap.item,

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from steadyload.app.answers import counted, on_the_road, too_far
+from steadyload.app.answers import close_to, counted, on_the_road, too_far
 from steadyload.app.checking import Answer, Check
 from steadyload.app.notebook_figures import accuracy_fact, load_picture, moved_boxes
 from steadyload.app.repair_results import Outcome, Repair
@@ -48,8 +48,9 @@ _KINDS = tuple(
     map(str, (Answer.FAILS, Answer.HOVERS, Answer.NOT_JUDGED, Answer.BAD_INPUT, Answer.STANDS))
 )
 
-CRUSHED, NOT_HELD = "crushed", "road: no"
-"""Badges of loads of which a box is crushed, and of those that do not hold the rule of the road."""
+CRUSHED, NOT_HELD, CLOSE = "crushed", "road: no", "close call"
+"""Badges of loads of which a box is crushed, of those that do not hold the rule of the road, and of
+those that stand by little."""
 
 
 def write_checked(
@@ -106,7 +107,7 @@ def write_checked(
 
 def _gallery(cards: Sequence[Card], notes: tuple[str, ...], made: Mapping[str, str]) -> Gallery:
     told = counted(card.kind for card in cards)
-    marks = {CRUSHED: "with a crushed box", NOT_HELD: "fail on the road"}
+    marks = {CLOSE: "by little", CRUSHED: "with a crushed box", NOT_HELD: "fail on the road"}
     for badge, words in marks.items():
         if count := sum(badge in card.badges for card in cards):
             told.append(f"{count} {words}")
@@ -134,6 +135,7 @@ def _notes(found: Sequence[Check]) -> tuple[str, ...]:
         "on which the method names the box at which the load fails; it is the same for each pallet "
         "of such a size, and is not the probability that this one stands.",
         too_far(frame, limit),
+        close_to(frame),
         *map(on_the_road, rules),
         "A fall is simulated from the plan by the method that answered, or the last stage of "
         f"a cascade, or {PLAYED} where neither simulates; where it lets the load stand, the "
@@ -262,6 +264,7 @@ def _card(check: Check, *more: str) -> Card:
     kind = str(check.answer)
     answer = check.reason if check.answer is Answer.BAD_INPUT else check.sentence
     badges = [CRUSHED] * (check.crushed is not None) + [NOT_HELD] * _fails_on_the_road(check)
+    badges += [CLOSE] * check.close_call
     return Card(check.layout, kind, answer, tuple(facts), badges=tuple(badges))
 
 

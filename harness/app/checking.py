@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import math
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cache, partial
 from typing import TYPE_CHECKING
@@ -34,6 +35,7 @@ from steadyload.methods.contract.method import (
 )
 from steadyload.methods.doubt import doubt
 from steadyload.methods.envelope import leaves
+from steadyload.methods.equilibrium.margin import margin_of
 from steadyload.methods.registry import make_method
 from steadyload.numbers import number_within, seconds_allowed
 from steadyload.plugins import OWN
@@ -78,7 +80,8 @@ def check(
         method: that answers; or its spec, which is asked whether the load stands unless it states
             another question; None for the default one for so many boxes
             (:func:`steadyload.app.check_defaults.default_method`).
-        timeout: CPU seconds that it and the look for crushed boxes may take.
+        timeout: CPU seconds that it and the look for crushed boxes may take, and again as many that
+            the margin may.
         transport: a rule of the road that the complete load is asked to hold, such as ``en12195``,
             or a TOML file of one; by the method where it judges accelerations, else by
             :data:`steadyload.transport.limits.EXACT`.
@@ -97,6 +100,8 @@ def check(
     found = answer_on(
         layout, method, timeout=timeout, transport=transport, gaps_cm=gaps_cm, frame=frame
     )
+    if found.answer in (Answer.STANDS, Answer.HOVERS):
+        return with_margin(layout, found, timeout)
     if found.answer is not Answer.FAILS or found.crushed is not None:
         return found
     assert found.verdict is not None, "what fails was judged"
@@ -111,6 +116,21 @@ def check(
     )
 
 
+def with_margin(layout: Layout, found: Check, timeout: float | None = None) -> Check:
+    """An answer on a load that does not fail, with its margin, where that is found in time.
+
+    Args:
+        layout: that was judged.
+        found: the answer.
+        timeout: CPU seconds that it may take.
+    """
+    with suppress(TimeoutExpiredError):
+        margin = margin_of(layout, Stopwatch(timeout))
+        at = None if margin is None else margin.item
+        return replace(found, margin=margin, margin_box=box_id(layout.items, at))
+    return found
+
+
 def answer_on(
     layout: Layout,
     method: str | Method | None = None,
@@ -120,7 +140,7 @@ def answer_on(
     gaps_cm: float | None = GAPS_CM,
     frame: Frame | None = None,
 ) -> Check:
-    """The answer of :func:`check` without its reason and remedy, for many changed plans.
+    """The answer of :func:`check` without its reason, remedy and margin, for many changed plans.
 
     Args:
         layout: see there.

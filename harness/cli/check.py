@@ -56,7 +56,8 @@ class Check(Files):
     fail_on: FailOn = option(
         ANY, "end with status 1 or 3 for: any pallet that does not stand or was not judged; one "
         "that fails; a box that has nothing under it and drops by more than CM (2 unless gaps= "
-        f"says otherwise); allowed: {WORDS} (default: any)",
+        "says otherwise); with margin=CM, one that stands by less than CM, which any leaves out; "
+        f"allowed: {WORDS} (default: any)",
         metavar="WORDS", read=fail_on,
     )  # fmt: skip
     transport: str | None = option(
@@ -159,7 +160,7 @@ class Check(Files):
         return records
 
     def _print(self, found: Sequence[Checked], repairs: Mapping[int, Repaired]) -> None:
-        from steadyload.app.answers import Answer, on_the_road, too_far
+        from steadyload.app.answers import Answer, close_to, on_the_road, too_far
 
         if self.json:
             print(json.dumps(self._records(found, repairs), indent=1))
@@ -182,6 +183,8 @@ class Check(Files):
             upright = (Answer.STANDS, Answer.HOVERS)
             if any(one.gap is not None and one.answer in upright for one in found):
                 print(too_far(found[0].frame, found[0].gaps_cm))
+            if any(one.stands for one in found):
+                print(close_to(found[0].frame))
             print(_counts(found))
             if self.repair:
                 print(_repair_counts(repairs))
@@ -189,6 +192,12 @@ class Check(Files):
                 print(printable(on_the_road(rule)))
             if asked:
                 print("On the road: rigid boxes, without wrap, straps or anti-slip mats.")
+
+    def _stands_by_little(self, one: Checked) -> bool:
+        """Whether a load stands by less than the least margin, or by no known one."""
+        least = self.fail_on.margin_cm
+        known = one.margin is not None and least is not None and one.margin.cm >= least
+        return one.stands and not known
 
     def _status(self, found: Sequence[Checked]) -> int:
         from steadyload.app.checking import Answer
@@ -200,6 +209,8 @@ class Check(Files):
         fails = Answer.FAILS in answers or False in held
         high = any(one.hovering and one.answer is not Answer.NOT_JUDGED for one in found)
         if (fails and self.fail_on.fails) or (high and self.fail_on.hovers):
+            return FAILS
+        if self.fail_on.margin_cm is not None and any(map(self._stands_by_little, found)):
             return FAILS
         lost = Answer.NOT_JUDGED in answers or None in held
         return NOT_JUDGED if lost and self.fail_on.not_judged else STANDS
@@ -259,7 +270,10 @@ def _counts(found: Sequence[Checked]) -> str:
 
     standing, *others = counted(one.answer for one in found)
     airy = sum(one.stands and one.gaps > 0 for one in found)
-    told = [standing + f" ({airy} with gaps)" * bool(airy), *others]
+    close = sum(one.close_call for one in found)
+    more = [f"{close} close call{'s' * (close != 1)}"] * bool(close)
+    more += [f"{airy} with gaps"] * bool(airy)
+    told = [standing + f" ({', '.join(more)})" * bool(more), *others]
     judged = [one for one in found if one.answer is not Answer.BAD_INPUT] or found
     methods = ", ".join(map(spec_with_question, dict.fromkeys(one.method for one in judged)))
     method = f" ({methods})" if found else ""

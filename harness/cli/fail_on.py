@@ -17,17 +17,23 @@ class FailOn:
         hovers: a gap above the limit.
         not_judged: no verdict.
         gaps_cm: the limit on gaps [cm].
+        margin_cm: the least margin of a load that stands [cm]; None for any.
     """
 
     fails: bool = False
     hovers: bool = False
     not_judged: bool = False
     gaps_cm: float = GAPS_CM
+    margin_cm: float | None = None
 
 
 ANY = FailOn(fails=True, hovers=True, not_judged=True)
 
-WORDS = "any, fails, gaps=CM, several of them with commas, or nothing alone"
+WORDS = "any, fails, gaps=CM, margin=CM, several of them with commas, or nothing alone"
+
+
+_LIMITS = {"gaps": "gaps_cm", "margin": "margin_cm"}
+"""Words that may state a limit [cm]."""
 
 
 def fail_on(text: str) -> FailOn:
@@ -39,7 +45,8 @@ def fail_on(text: str) -> FailOn:
     words = [word.strip().partition("=") for word in text.split(",")]
     names = [name for name, _, _ in words]
     for name, equals, _ in words:
-        if name not in ("any", "fails", "gaps", "nothing") or (equals and name != "gaps"):
+        known = name in ("any", "fails", "gaps", "nothing") or (name == "margin" and equals)
+        if not known or (equals and name not in _LIMITS):
             raise ValueError(f"{text!r}; allowed: {WORDS}")
         if names.count(name) > 1:
             raise ValueError(f"{text!r} has {name} twice; allowed: each word once")
@@ -47,14 +54,16 @@ def fail_on(text: str) -> FailOn:
         if len(names) > 1:
             raise ValueError(f"{text!r} has nothing beside other words; allowed: nothing alone")
         return FailOn()
-    limit = GAPS_CM
+    limits: dict[str, float] = {}
     for name, equals, value in words:
-        if name == "gaps" and equals:
+        if equals:
             try:
-                limit = number_from_zero(value)
+                limits[_LIMITS[name]] = number_from_zero(value)
             except ValueError:
                 raise ValueError(
-                    f"{text!r}: gaps is {value!r}; allowed: centimetres, 0 or more"
+                    f"{text!r}: {name} is {value!r}; allowed: centimetres, 0 or more"
                 ) from None
     everything = "any" in names
-    return FailOn("fails" in names or everything, "gaps" in names or everything, everything, limit)
+    return FailOn(
+        "fails" in names or everything, "gaps" in names or everything, everything, **limits
+    )

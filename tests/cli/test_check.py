@@ -49,6 +49,10 @@ def stack(name, shift, offset=(0.0, 0.0, 0.0), id_="SKU-2002"):
 
 
 DEFAULT = default_method(2)
+BY = (
+    "By: how much smaller all contacts may be on every side with the load still standing, at rest "
+    "where boxes have gaps below them; a load is a close call below 1 cm."
+)
 
 STANDING, FALLING = stack("stands", (5.0, 0.0)), stack("falls", (22.0, 0.0))
 REMEDY = (
@@ -97,10 +101,12 @@ def test_a_row_a_pallet_and_counts_that_fit_eighty_columns(run):
     long = stack("a name that is far too long to stand in a narrow table", (22.0, 0.0),
                  id_="an id that is long enough to fill a whole column by itself")  # fmt: skip
     status, out, _ = run([STANDING, FALLING, long])
-    header, first, second, third, fault, remedy, _, _, _, accuracy, last = out.splitlines()
+    lines = out.splitlines()
+    header, first, second, third, fault, remedy, _, _, _, accuracy, by, last = lines
     assert status == 1
     assert header.split() == ["pallet", "boxes", "accuracy", "answer"]
-    assert first.split() == ["stands", "2", "98", "%", "stands"]
+    assert " ".join(first.split()) == "stands 2 98 % stands, by 10 cm or more"
+    assert by == BY
     assert "fails at box 2 of 2: SKU-2002 leans to +x" in second
     assert third.startswith("a name that is fa...")
     assert last == f"3 pallets: 1 stand, 2 fail ({DEFAULT})"
@@ -126,7 +132,7 @@ def test_an_answer_that_the_table_cuts_stands_in_full_below(run):
         said = f"crushed when the 2nd box is placed: box {long} (1st of {count}) bears 8 kg of 1"
         assert f"{name}: {said}" in lines
     assert "both: box AIR (3rd of 3) has nothing under it; it drops 5.0 cm onto the floor" in lines
-    assert f"airy: stands; 0.4 cm of air under {long}" in lines
+    assert f"airy: stands, by 10.0 cm at rest at {long}; 0.4 cm of air under {long}" in lines
     assert not any(line.startswith("falls: fails") for line in lines)  # it is not cut
     assert max(map(len, lines[:5])) <= 80
     method = ("-m", "ps_opt@mujoco:question=stands")
@@ -211,11 +217,14 @@ def test_what_is_not_valid_is_told_and_the_others_are_judged(run, tmp_path):
     [
         (("-m", "smee"), "did you mean 'sme'"),
         (("--json", "--csv"), "not allowed with"),
-        (("--fail-on", "never"), "'never'; allowed: any, fails, gaps=CM"),
+        (("--fail-on", "never"), "'never'; allowed: any, fails, gaps=CM, margin=CM"),
         (("--fail-on", "gaps=-1"), "gaps is '-1'; allowed: centimetres, 0 or more"),
         (("--fail-on", "gaps=nan"), "gaps is 'nan'"),
         (("--fail-on", "any,gaps="), "gaps is ''"),
-        (("--fail-on", "fails=2"), "allowed: any, fails, gaps=CM"),
+        (("--fail-on", "margin"), "'margin'; allowed: any, fails"),
+        (("--fail-on", "margin=-1"), "margin is '-1'; allowed: centimetres, 0 or more"),
+        (("--fail-on", "margin=1,margin=2"), "has margin twice"),
+        (("--fail-on", "fails=2"), "allowed: any, fails, gaps=CM, margin=CM"),
         (("--fail-on", "nothing,fails"), "allowed: nothing alone"),
         (("--fail-on", "gaps=1,gaps=2"), "gaps twice"),
     ],
@@ -335,14 +344,14 @@ def test_a_gap_is_told_in_text_on_the_page_and_in_python(run, tmp_path):
         "box SKU-2002 (2nd of 2) has nothing under it; it drops 4.0 cm onto box SKU-2001 (1st of 2)"
     )
     assert lines[1].endswith("hovers at box 2 of 2: SKU-2002, 4.0 cm above SKU-2001")
-    assert lines[2].endswith("stands; 0.4 cm of air under SKU-2002")
+    assert "stands, by 10.0 cm at rest at SKU-2002; 0.4 cm" in lines[2]
     assert lines[3] == f"hovers: {note}"
     rule = (
         "Too far: a corner by 10 cm along an axis, or a turn by 10 degrees, unless the method says "
         "otherwise; a box that drops by less counts as placed. A load that stands by that rule "
         "hovers where a box has nothing under it and drops farther than 2 cm."
     )
-    assert lines[-2] == rule
+    assert lines[-3:-1] == [rule, BY]
     assert lines[-1].startswith("2 pallets: 1 stand (1 with gaps), 0 fail, 1 hover (")
     page = (tmp_path / "index.html").read_text()
     assert 'class="card hovers"' in page
@@ -451,7 +460,7 @@ def test_reasons_are_of_the_load_and_those_of_the_method_stand_beside(run):
     [
         ("340", ["hovers at box 2 of 2: B, 40 mm above A", "it drops 40 mm onto box A"]),
         ("320.2", ["hovers at box 2 of 2: B, 20.2 mm above A", "it drops 20.2 mm onto box A"]),
-        ("300.5", ["stands; 0.5 mm of air under B"]),
+        ("300.5", ["stands, by 100 mm or more at rest; 0.5 mm of air under B"]),
     ],
 )
 def test_sentences_speak_the_axes_and_the_unit_of_the_file(run, tmp_path, height, said):
@@ -485,7 +494,7 @@ def test_a_layout_beyond_what_an_engine_holds_is_warned_of_and_not_sure(run):
 
 def test_a_line_says_what_becomes_of_the_load_on_the_road():
     said = str(check(stack("one", (5.0, 0.0)), transport="en12195"))
-    assert "stands; does not hold en12195 at 0 degrees: item" in said
+    assert "stands, by 10 cm or more; does not hold en12195 at 0 degrees: item" in said
     assert "; holds tilt [" in str(check(stack("one", (5.0, 0.0)), transport=_gentle()))
 
 
@@ -594,10 +603,11 @@ TALL = Layout("tall", PALLET, (Item(0, (40.0, 0.0, 30.0), (12.0, 40.0, 30.0), 8.
 
 def test_a_rule_of_the_road_is_asked_of_the_complete_load(run):
     status, out, _ = run([FLAT, TALL], "--transport", "eumos40509")
-    header, flat, tall, _, count, judged, note = out.splitlines()
+    header, flat, tall, _, _, count, judged, note = out.splitlines()
     assert status == 1
     assert header.split() == ["pallet", "boxes", "accuracy", "eumos40509", "answer"]
-    assert (flat.split()[-2:], tall.split()[-2:]) == (["holds", "stands"], ["tips", "stands"])
+    assert flat.endswith("holds       stands, by 10 cm or more")
+    assert tall.endswith("tips        stands, by 6.0 cm at T")
     assert count.endswith("; 1 hold eumos40509 (equilibrium:sides=frictionless)")
     assert judged == (
         "The answer judges the loading, box by box; eumos40509 judges the ride of the complete "
@@ -639,6 +649,39 @@ def test_the_page_says_what_holds(run, tmp_path):
     assert "eumos40509 judges the ride of the complete load" in page
     assert "eumos40509: box T (1st of 1) tips at 0 degrees" in page
     assert "<em>road: no</em>" in page
+
+
+def test_a_load_that_stands_by_little_is_a_close_call(run, tmp_path):
+    """By its margin as planned, at rest, and by none that is known: a box that leans on another."""
+    close, far = stack("close", (14.8, 0.0)), stack("far", (5.0, 0.0))
+    told = check(close)
+    assert (told.answer, told.close_call) == ("stands", True)
+    assert told.margin.cm == pytest.approx(0.2, abs=2e-3)
+    assert told.sentence == "close call, by 0.2 cm at SKU-2002"
+    status, out, _ = run([close, far], "--html", str(tmp_path))
+    assert status == 0
+    assert out.splitlines()[-1].startswith("2 pallets: 2 stand (1 close call), 0 fail")
+    page = (tmp_path / "index.html").read_text()
+    assert "<em>close call</em>" in page
+    assert "1 by little" in page
+    for words, expected in (("margin=1", 1), ("any", 0), ("any,margin=0.1", 0), ("margin=0.3", 1)):
+        assert run([close, far], "--fail-on", words)[0] == expected
+    [record, other] = json.loads(run([close, far], "--json")[1])
+    assert (record["close_call"], other["close_call"]) == (True, False)
+    assert record["margin_cm"] == pytest.approx(0.2, abs=2e-3)
+    assert (record["margin_kind"], record["margin_item"]) == ("as planned", 1)
+
+
+def test_a_load_that_stands_by_a_simulation_alone_is_a_close_call(run):
+    never = Layout("never", PALLET, (
+        Item(0, (0.0, 0.0, 0.0), (30.0, 30.0, 30.0), 5.0),
+        Item(1, (16.0, 30.0, 0.0), (30.0, 20.0, 30.0), 5.0),
+    ))  # fmt: skip
+    told = check(never, "ps_opt@mujoco:question=stands,eps_t=1000,eps_r=180")
+    assert (told.answer, told.margin, told.close_call) == ("stands", None, True)
+    assert told.sentence == "close call, margin not known"
+    status, _, _ = run([never], "-m", told.method, "--fail-on", "margin=0")
+    assert status == 1
 
 
 def test_a_box_that_bears_too_much_fails_at_its_step(run, tmp_path):
