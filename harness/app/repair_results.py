@@ -11,6 +11,7 @@ from typing import Any
 from steadyload.app.answers import Check
 from steadyload.layouts.model.frame import Frame
 from steadyload.layouts.model.layout import Item, Layout
+from steadyload.methods.equilibrium.margin import LoadMargin
 from steadyload.notebook import ShownInNotebook
 from steadyload.repairing.changes import Change
 from steadyload.repairing.confirmed import Stopped
@@ -44,6 +45,8 @@ class Repair(ShownInNotebook):
         judged_by: spec of the method that says so.
         before: its answer on the plan that was given; None where that is not valid.
         after: its answer on ``layout``; ``before`` where nothing was changed.
+        chance: the probability that a repaired plan balances, with its gaps closed, where every
+            centre of mass is off by 5 mm (s.d.), 0 to 1; None where there is none.
         reason: why there is no plan that stands; else empty.
         stopped: what ended the search.
         seconds: CPU time.
@@ -60,6 +63,7 @@ class Repair(ShownInNotebook):
     judged_by: str = ""
     before: Check | None = None
     after: Check | None = None
+    chance: float | None = None
     reason: str = ""
     stopped: Stopped = Stopped.DONE
     seconds: float = 0.0
@@ -100,14 +104,26 @@ class Repair(ShownInNotebook):
         if self.outcome in (Outcome.NOT_REPAIRED, Outcome.BAD_INPUT):
             return f"{self.outcome}: {self.reason}"
         if self.by_order_alone:
-            return "stands by another order of loading alone"
+            return f"stands{self._by}, by another order of loading alone"
         said = [f"{_boxes(self.moved)} moved"] if self.moved else []
         if self.left_out:
             said.append(f"{_boxes(len(self.left_out))} left out")
         reordered = sum(bool(change.before or change.after) for change in self.changes)
         if reordered:
             said.append(f"{_boxes(reordered)} loaded at another time")
-        return f"stands: {', '.join(said)}"
+        return f"stands{self._by}: {', '.join(said)}"
+
+    @property
+    def margin(self) -> LoadMargin | None:
+        """The margin of a repaired plan; None where there is none that is known."""
+        if self.outcome is not Outcome.REPAIRED or self.after is None:
+            return None
+        return self.after.margin
+
+    @property
+    def _by(self) -> str:
+        """The margin of a repaired plan, to follow "stands"."""
+        return "" if self.margin is None else f", by {self.margin.words(self.frame)}"
 
     def __str__(self) -> str:
         judged_by = f" [{self.judged_by}]" if self.judged_by else ""
@@ -125,6 +141,9 @@ class Repair(ShownInNotebook):
             "answer_before": None if self.before is None else str(self.before.answer),
             "failing_step_before": _failing(self.before),
             "answer_after": None if self.after is None else str(self.after.answer),
+            "margin_cm": None if self.margin is None else round(self.margin.cm, 3),
+            "margin_kind": None if self.margin is None else str(self.margin.kind),
+            "chance_5mm": self.chance,
             "by_order_alone": self.by_order_alone,
             "boxes_moved": self.moved,
             "distance_cm": round(self.distance_cm, 6),
@@ -146,6 +165,8 @@ def repair_fields(repair: Repair | None) -> dict[str, Any]:
     return {
         "repair_outcome": None if repair is None else str(repair.outcome),
         "repair_sentence": None if repair is None else repair.sentence,
+        "repair_margin_cm": repair.margin.cm if repair and repair.margin else None,
+        "repair_chance_5mm": repair.chance if repair and done else None,
         "repair_by_order_alone": repair.by_order_alone if repair and done else None,
         "repair_boxes_moved": repair.moved if repair and done else None,
         "repair_distance_cm": round(repair.distance_cm, 6) if repair and done else None,

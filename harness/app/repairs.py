@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 from steadyload.app.check_defaults import GAPS_CM
-from steadyload.app.checking import Answer, Check, answer_on, prepared
+from steadyload.app.checking import Answer, Check, answer_on, prepared, with_margin
 from steadyload.app.repair_results import Outcome as Outcome
 from steadyload.app.repair_results import Repair as Repair
 from steadyload.errors import UserError, nearest
@@ -17,6 +17,9 @@ from steadyload.layouts.model.layout import Layout, LayoutError, require_layout
 from steadyload.layouts.model.naming import label_in
 from steadyload.layouts.model.snapping import snap
 from steadyload.methods.contract.method import Method
+from steadyload.methods.equilibrium.margin import MOST
+from steadyload.methods.registry import make_method
+from steadyload.methods.uncertainty import Uncertainty
 from steadyload.numbers import number_within, seconds_above_zero
 from steadyload.progress import Progress, silent
 from steadyload.repairing.changes import changes_between
@@ -31,8 +34,9 @@ from steadyload.repairing.plan import Boxes, Kind
 from steadyload.runs.able import asked_to_stand
 from steadyload.runs.methods_here import method_named, use_methods
 from steadyload.runs.pool import PartLimit, SinglePart, run_units
+from steadyload.runs.verdict_reliability import Sampling, verdict_reliability
 from steadyload.statics.kernels.warming import warm_up_searches
-from steadyload.time_limit import cpu_clock
+from steadyload.time_limit import TimeLimit, cpu_clock
 
 ALLOWED = (Kind.ORDER, Kind.DROP, Kind.SHIFT, Kind.TURN, Kind.MOVE)
 """What may change unless it is stated: all but leaving boxes out."""
@@ -42,6 +46,21 @@ SHIFT_CM = 30.0
 
 SECONDS = 10.0
 """CPU seconds that the search may take unless another limit is given."""
+
+MARGIN_CM = 2.0
+"""Margin of balance that all boxes of a repaired plan have unless another is given [cm]."""
+
+_LEAST_CM = 0.25
+"""A smaller margin than this is not looked for between the one that is asked for and none [cm]."""
+
+_SHORTEST = 0.1
+"""CPU seconds of a search at least."""
+
+OFF = Uncertainty(com=0.5)
+"""By how much centres of mass are off, as far as anybody knows."""
+
+_LOOKS = Sampling(half_width=0.001, most=256)
+"""As many samples for every plan."""
 
 _PATIENCE = 5.0
 """CPU seconds that a process is given beyond three times that limit."""
@@ -59,6 +78,9 @@ class RepairOptions:
         allow: what may change, words of :class:`Kind`.
         method: that confirms what stands, or its spec; None as of :func:`steadyload.check`.
         shift_cm: how far ``shift`` may move a box sideways [cm], 0 or more.
+        margin_cm: by how much all contacts of the plan that is found may be smaller on every side
+            with every step still in balance [cm], 0 or more; where no plan has it, half of it is
+            looked for, and so on; a box that is narrower than twice that has what it can have.
         seconds: CPU time that may be taken, above 0; the best plan that was confirmed by then
             counts. So it does after Ctrl-C.
         seed: of random choices, 0 or more: the same one finds the same plan, unless the time ends
@@ -76,6 +98,7 @@ class RepairOptions:
     allow: Collection[Kind | str] = ALLOWED
     method: str | Method | None = None
     shift_cm: float = SHIFT_CM
+    margin_cm: float = MARGIN_CM
     seconds: float = SECONDS
     seed: int = 0
     gaps_cm: float | None = GAPS_CM
@@ -84,9 +107,19 @@ class RepairOptions:
     def __post_init__(self) -> None:
         object.__setattr__(self, "allow", _kinds(self.allow))
         number_within("shift_cm", self.shift_cm, 0.0, unit="[cm]", error=RepairError)
+        number_within("margin_cm", self.margin_cm, 0.0, MOST, unit="[cm]", error=RepairError)
         seconds_above_zero("seconds", self.seconds)
         if type(self.seed) is not int or self.seed < 0:
             raise RepairError(f"seed is {shown(self.seed)}; allowed: 0, 1, 2, ...")
+
+    @property
+    def margins_cm(self) -> Iterator[float]:
+        """The margins that are looked for, one after the other [cm]."""
+        margin = self.margin_cm
+        while margin >= _LEAST_CM:
+            yield margin
+            margin *= 0.5
+        yield 0.0
 
     @property
     def kinds(self) -> frozenset[Kind]:
@@ -104,6 +137,7 @@ def repair(
     *,
     method: str | Method | None = None,
     shift_cm: float = SHIFT_CM,
+    margin_cm: float = MARGIN_CM,
     seconds: float = SECONDS,
     seed: int = 0,
     gaps_cm: float | None = GAPS_CM,
@@ -113,13 +147,15 @@ def repair(
 
     Another order of loading is tried first. Boxes stay inside the contour, overlap nothing, keep
     their upper side up, bear no more than they may, and are let down from above. The search asks
-    for balance with a margin; whether the result stands is for ``method`` to say.
+    for balance with a margin; whether the result stands is for ``method`` to say. How likely it is
+    to stand with boxes that are not exactly as planned is said beside.
 
     Args:
         layout: the plan, in the order of loading.
         allow: see :class:`RepairOptions`, as all that follow.
         method: likewise.
         shift_cm: likewise.
+        margin_cm: likewise.
         seconds: likewise.
         seed: likewise.
         gaps_cm: likewise.
@@ -130,7 +166,8 @@ def repair(
     """
     options = RepairOptions(
         allow=allow, method=None if method is None else asked_to_stand(method),
-        shift_cm=shift_cm, seconds=seconds, seed=seed, gaps_cm=gaps_cm, frame=Frame.given(frame),
+        shift_cm=shift_cm, margin_cm=margin_cm, seconds=seconds, seed=seed, gaps_cm=gaps_cm,
+        frame=Frame.given(frame),
     )  # fmt: skip
     require_layout(layout)
     clock = cpu_clock()
@@ -154,18 +191,17 @@ def _repaired(layout: Layout, options: RepairOptions) -> Repair:
     gaps_cm = options.gaps_cm if Kind.DROP in allowed else None
     closed = layout if gaps_cm is None else snap(layout, gaps_cm)
     boxes = Boxes(closed)
-    found = ConfirmedSearch(
-        boxes, allowed, options.shift_cm, options.seed,
-        lambda plan: _Confirmation.of(options.judge(plan)), options.seconds,
-    ).run()  # fmt: skip
+    found = _searched(boxes, options)
     if found.attempt is None:
         reason = _why_not(layout, found, allowed, options.seconds)
         return replace(same, outcome=Outcome.NOT_REPAIRED, reason=reason, stopped=found.stopped)
     assert found.confirmation is not None, "its plan was confirmed"
     origins, after = found.attempt.order, found.confirmation.answer
     changed = changed_plan(boxes, found.attempt)
+    after = with_margin(changed, after)
+    chance = chance_to_stand(changed)
     raised = None if closed is layout else _raised(layout, closed, changed, origins)
-    if raised is not None and (again := options.judge(raised)).stands:
+    if raised is not None and (again := with_margin(raised, options.judge(raised))).stands:
         changed, after = raised, again
     return replace(
         same,
@@ -175,8 +211,39 @@ def _repaired(layout: Layout, options: RepairOptions) -> Repair:
         changes=changes_between(layout, changed, origins),
         left_out=tuple(item for step, item in enumerate(layout.items) if step not in origins),
         after=after,
+        chance=chance,
         stopped=found.stopped,
     )
+
+
+def _searched(boxes: Boxes, options: RepairOptions) -> Found[_Confirmation]:
+    """The nearest plan with the largest margin of those looked for at which there is one.
+
+    Each search but the last may take half of the time that is left.
+    """
+    limit, margins = TimeLimit(options.seconds, "repair"), list(options.margins_cm)
+    for margin in margins:
+        share = 1.0 if margin == margins[-1] else 0.5
+        found = ConfirmedSearch(
+            boxes, options.kinds, options.shift_cm, options.seed,
+            lambda plan: _Confirmation.of(options.judge(plan)),
+            max(share * limit.left(), _SHORTEST), margin,
+        ).run()  # fmt: skip
+        if found.attempt is not None or found.stopped is Stopped.INTERRUPTED:
+            break
+    return found
+
+
+def chance_to_stand(layout: Layout) -> float:
+    """The probability that a plan balances where every centre of mass is off by 5 mm (s.d.).
+
+    By exact equilibrium, on the same deviations for every plan.
+
+    Args:
+        layout: a plan that balances.
+    """
+    found = verdict_reliability(make_method("equilibrium"), layout, OFF, _LOOKS)
+    return sum(safe == len(layout) for safe in found.said) / len(found.said)
 
 
 def _kinds(allow: Collection[Kind | str]) -> frozenset[Kind]:

@@ -71,6 +71,10 @@ class Repair(Files):
         None, "how far shift may move a box sideways (default: 30)", metavar="CM",
         read=number_from_zero,
     )  # fmt: skip
+    margin: float | None = option(
+        None, "by how much all contacts may be smaller with the plan still in balance; half of it, "
+        "and so on, where no plan has it (default: 2)", metavar="CM", read=number_from_zero,
+    )  # fmt: skip
     seconds: float | None = option(
         None, "CPU seconds a plan may take (default: 10)", metavar="S", read=positive_number
     )
@@ -134,7 +138,9 @@ class Repair(Files):
         from steadyload.app.repairs import RepairOptions
         from steadyload.config import stated
 
-        given = stated(allow=self.allow, shift_cm=self.shift_cm, seconds=self.seconds)
+        given = stated(
+            allow=self.allow, shift_cm=self.shift_cm, margin_cm=self.margin, seconds=self.seconds
+        )
         return RepairOptions(method=self.method, seed=self.seed, frame=frame, **given)
 
     def _targets(self) -> list[Path]:

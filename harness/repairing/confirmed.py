@@ -10,13 +10,13 @@ from typing import Generic, TypeVar
 from steadyload.layouts.model.growing import numbered
 from steadyload.layouts.model.layout import Layout
 from steadyload.repairing.plan import Boxes, Kind, Worth
-from steadyload.repairing.search import Attempt, Search
+from steadyload.repairing.search import MARGIN, Attempt, Search
 from steadyload.statics.kernels.loading import OF_MOVED
 from steadyload.statics.kernels.warming import warm_up_searches
 from steadyload.time_limit import TimeLimit, TimeoutExpiredError
 
-MARGINS = (0.05, OF_MOVED, 1.0, 2.0, 4.0)
-"""Margins of balance [cm]: a box at fault gets the next larger one."""
+MARGINS = (MARGIN, OF_MOVED, 1.0, 2.0, 4.0)
+"""Margins of balance [cm]: a box at fault gets the next larger one that it can have."""
 
 _PATIENCE, _WITH_BOXES_LEFT, _WITHOUT_A_PLAN = 50, 1000, 10_000
 """Tries without a better plan after which the search ends: where all boxes are kept, where some are
@@ -99,6 +99,7 @@ class ConfirmedSearch(Generic[Said]):
         seed: of random choices.
         judge: says whether a changed plan stands.
         seconds: CPU time of the search, the judge's included.
+        margin: of balance that boxes are to have [cm].
     """
 
     def __init__(
@@ -109,9 +110,10 @@ class ConfirmedSearch(Generic[Said]):
         seed: int,
         judge: Callable[[Layout], Said],
         seconds: float,
+        margin: float = MARGIN,
     ) -> None:
         self._boxes, self._allowed, self._judge = boxes, allowed, judge
-        self._search = Search(boxes, allowed, shift_cm, seed, lambda: self._limit.check())
+        self._search = Search(boxes, allowed, shift_cm, seed, lambda: self._limit.check(), margin)
         warm_up_searches()  # else the time would be up before the first try, where it is not kept
         self._limit = TimeLimit(seconds, "repair")
         self._tried = self._judged = 0
@@ -216,7 +218,7 @@ class ConfirmedSearch(Generic[Said]):
             place, margins = attempt.places[box], self._search.loading.margins
             is_planned = (place == self._boxes.planned[box]).all()
             now = margins[box] if is_planned else max(margins[box], OF_MOVED)
-            larger = [margin for margin in MARGINS if margin > now]
+            larger = [m for m in MARGINS if now < m <= self._search.most[box]]
             if larger:
                 margins[box] = larger[0]
             else:

@@ -32,16 +32,16 @@ class LoadingOrder:
     Args:
         boxes: of the plan.
         reorder: the order may change.
-        margin: of all boxes at first [cm].
+        margins: of boxes at first [cm], shape (J,), or of all alike.
 
     Attributes:
         margins: by which the contact patches of boxes are drawn in on every side [cm], shape (J,);
             at other places than in the plan by :data:`.OF_MOVED` at least.
     """
 
-    def __init__(self, boxes: Boxes, *, reorder: bool, margin: float) -> None:
+    def __init__(self, boxes: Boxes, *, reorder: bool, margins: float | FloatArray) -> None:
         self._boxes, self._reorder = boxes, reorder
-        self.margins: FloatArray = np.full(len(boxes), margin)
+        self.margins: FloatArray = np.full(len(boxes), margins)
         self._refused: FloatArray = np.empty((0, 5))
         self._places = boxes.planned
         self._arrays = first_arrays(boxes.layout.pallet)

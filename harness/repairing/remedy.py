@@ -83,7 +83,7 @@ def remedy(layout: Layout, step: int) -> Remedy | None:
         step: that fails.
     """
     boxes = Boxes(layout, limited=False)
-    loading = LoadingOrder(boxes, reorder=True, margin=MARGIN)
+    loading = LoadingOrder(boxes, reorder=True, margins=MARGIN)
     loaded, after = loading.load(boxes.planned), None
     if step in loaded.order:
         before = loaded.order[: loaded.order.index(step)]
@@ -93,7 +93,7 @@ def remedy(layout: Layout, step: int) -> Remedy | None:
     at_fault = footing(layout, step)
     edge = at_fault.edge
     missing = 0.0 if edge is None else edge.beyond + OF_MOVED
-    in_turn = LoadingOrder(boxes, reorder=False, margin=0.0)
+    in_turn = LoadingOrder(boxes, reorder=False, margins=0.0)
     stuck = in_turn.load(boxes.planned).stuck
     below, way = _gives_way(boxes, step, stuck), _shift(boxes, step, in_turn)
     if way is None and below is not None:

@@ -12,10 +12,14 @@ from steadyload.layouts.model.layout import TOLERANCE, FloatArray
 from steadyload.repairing.loading_order import LoadingOrder
 from steadyload.repairing.places import Places
 from steadyload.repairing.plan import LEFT_OUT, Boxes, Kind, Worth
+from steadyload.statics.balance import inset
 from steadyload.statics.kernels.loading import OF_MOVED
 
 MARGIN = 0.05
-"""Margin of balance [cm] of boxes at their places in the plan, at first."""
+"""Margin of balance [cm] of boxes at their places in the plan, at least."""
+
+_OF_ITS_OWN = 0.99
+"""Share of the largest margin that a box can have, on any support."""
 
 _LOOKED_AT = 1552
 """Places of a box that are looked at, at most."""
@@ -68,8 +72,11 @@ class Search:
         shift_cm: see :class:`Places`.
         seed: of random choices.
         check_time: called often; raises an error where the time is up.
+        margin: of balance that all boxes have, or nearly the largest that their own base allows
+            [cm].
 
     Attributes:
+        most: the margin that each box can have at most [cm], shape (J,).
         places: where boxes may be.
         loading: of boxes at their places, with their margins.
     """
@@ -81,10 +88,13 @@ class Search:
         shift_cm: float,
         seed: int,
         check_time: Callable[[], None],
+        margin: float = MARGIN,
     ) -> None:
         self._boxes, self._check_time = boxes, check_time
         self.places = Places(boxes, allowed, shift_cm)
-        self.loading = LoadingOrder(boxes, reorder=Kind.ORDER in allowed, margin=MARGIN)
+        self.most = _OF_ITS_OWN * np.maximum(inset(boxes.layout, slice(None)), 0.0)
+        own = np.minimum(max(margin, MARGIN), self.most)
+        self.loading = LoadingOrder(boxes, reorder=Kind.ORDER in allowed, margins=own)
         self._random = np.random.default_rng(seed)
         self._middles = boxes.centres(boxes.planned)
 
@@ -205,7 +215,7 @@ class Search:
         if not len(kept):
             return
         other = int(draw.choice(kept))
-        found, _ = self.places.of(other, places, OF_MOVED, ignored)
+        found, _ = self.places.of(other, places, self._margin(other), ignored)
         tops = found[:, :3] + boxes.sides[found[:, 3].astype(int), other]
         low, high = boxes.layout.lower[box], boxes.layout.upper[box]
         below = np.abs(tops[:, 1] - low[1]) <= TOLERANCE
@@ -221,7 +231,7 @@ class Search:
         if not len(near):
             return
         other = int(self._random.choice(near))
-        found, _ = self.places.of(other, places, OF_MOVED, ignored)
+        found, _ = self.places.of(other, places, self._margin(other), ignored)
         k = int(self._random.geometric(_NEAR)) - 1
         places[other] = found[k] if k < len(found) else _OUT
 

@@ -100,7 +100,7 @@ def test_a_repair_shows_the_plan_before_and_after_it_at_one_scale():
     found = shown(repair)
     [told] = repair.sentences
     assert " ".join(found.words.split()) == (
-        f"falls: stands: 1 box moved confirmed by {repair.judged_by} before "
+        f"falls: stands, by 5.0 cm: 1 box moved confirmed by {repair.judged_by} before "
         f"{repair.before.sentence} changes {told}"
     )
     assert found.caption == "falls as planned, box 2 of 3 in red; repaired, moved boxes in amber"

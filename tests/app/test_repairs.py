@@ -104,7 +104,7 @@ def test_a_plan_that_stands_comes_back_as_the_same_object(gaps_cm):
 def test_another_order_alone_is_named_and_moves_nothing():
     found = repair(EARLY)
     assert found.by_order_alone
-    assert found.sentence == "stands by another order of loading alone"
+    assert found.sentence == "stands, by 7.5 cm, by another order of loading alone"
     assert found.origins == (0, 2, 1)
     assert [item.position for item in found.layout.items] == [
         EARLY.items[step].position for step in found.origins
@@ -157,7 +157,7 @@ def test_what_is_left_out_is_said_and_only_where_that_is_allowed(order):
     assert found.stands
     assert [item.name for item in found.left_out] == ["B"]
     assert found.left_out[0] is LEANS.items[1]
-    assert found.sentence == "stands: 1 box left out"
+    assert found.sentence == "stands, by 10 cm or more: 1 box left out"
     assert found.origins == (0,)
     assert [change.sentence() for change in found.changes] == ["box B (2nd of 2) is left out"]
     record = found.to_dict()
