@@ -125,13 +125,17 @@ def _incomplete(opinions: pd.DataFrame, cases: pd.DataFrame, specs: Sequence[str
 def _add(
     directory: Path, folder: Path, judges: Sequence[FurtherMethod], question: Question
 ) -> None:
-    """Add to the table of opinions the cases of a run folder that all methods have judged.
+    """Add to the table of opinions the cases of a run folder that all methods have judged."""
+    rows = load_results(folder)
+    judged = rows.groupby(KEYS)["method"].transform("nunique")
+    with_further(directory, further_rows(rows[judged == len(judges)], judges), question)
+
+
+def with_further(directory: Path, said: pd.DataFrame, question: Question) -> None:
+    """Add rows to a set's table of opinions on a question.
 
     Earlier verdicts of the same methods on these cases give way.
     """
-    rows = load_results(folder)
-    judged = rows.groupby(KEYS)["method"].transform("nunique")
-    said = further_rows(rows[judged == len(judges)], judges)
     made = {"judged_with": provenance()}
     if question == Question.STANDS:
         before = read_further(directory, STANDS_OPINIONS)
