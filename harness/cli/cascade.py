@@ -56,6 +56,11 @@ class Fit:
         "within", "whose labels count (default: within)",
         choices="steadyload.layouts.model.question:Question",
     )  # fmt: skip
+    falls: str | None = option(
+        None, "labelled set of whose customers' pallets no fall may be lost that the last method "
+        "finds: stages only pass steps then; none for no such set (default: real for stands, else "
+        "none)", metavar="SET",
+    )  # fmt: skip
     output: Path | None = output_option(
         None, "file of thresholds (default: the one of the package)"
     )
@@ -72,7 +77,7 @@ class Fit:
             check_remakable(provenance())
         common = (
             self.error_budget or BUDGETS, self.confidence, self.candidates, self.benchmark,
-            self.data, self.limit, question, self.last,
+            self.data, self.limit, question, self.last, "" if self.falls == "none" else self.falls,
         )  # fmt: skip
         asked = [FitOptions(engine, *common) for engine in self.engines or (ENGINE,)]
         fitted = {}
@@ -82,8 +87,8 @@ class Fit:
         for engine, thresholds in fitted.items():
             file = write_thresholds(engine, thresholds, self.output or FILE, question)
             print_table(
-                ("cascade", "budget", "stages", "lost", "of", "left out", "accuracy %", "alone %",
-                 "ms", "alone"),
+                ("cascade", "budget", "stages", "lost", "of", "left out", "falls", "of", "alone",
+                 "accuracy %", "alone %", "ms", "alone"),
                 [
                     (
                         f"cascade@{engine}",
@@ -92,6 +97,10 @@ class Fit:
                         str(ladder.found["lost"]),
                         str(ladder.found["cases"]),
                         "{lost} of {cases}".format(**ladder.found["left_out"]),
+                        *(
+                            str(ladder.found.get("falls", {}).get(name, "-"))
+                            for name in ("found", "cases", "found_alone")
+                        ),
                         f"{100 * ladder.found['accuracy']:.2f}",
                         f"{100 * ladder.found['alone']:.2f}",
                         f"{ladder.found['milliseconds']:.2f}",

@@ -21,14 +21,14 @@ CANDIDATES = (
 """Methods that may become stages, in order."""
 
 OF_STANDS = (
-    "fbs",
-    "equilibrium:margin=0.01",
-    "lstm_1:question=stands",
-    "lstm_e:question=stands",
-    "settling",
-    "ps_opt@{engine}:scope=local,question=stands",
+    "equilibrium:margin=1",
+    "settling:margin=2",
+    "settling:margin=2.5",
+    "settling:margin=3",
+    "settling:margin=3.5",
+    "settling:margin=4",
 )
-"""The same where it is asked whether a load stands."""
+"""The same where it is asked whether a load stands: a step is passed where its margin is large."""
 
 LAST = "ps_opt@{engine}"
 """The method that decides the steps that no stage decides."""

@@ -9,10 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from steadyload.engines.registry import engines
+from steadyload.engines.registry import capabilities, engines
 from steadyload.errors import nearest
 from steadyload.layouts.benchmark import load_benchmark
-from steadyload.layouts.benchmark.parts import Part
+from steadyload.layouts.benchmark.parts import REAL, Part
+from steadyload.layouts.benchmark.real import PALLET_SOFTWARE
 from steadyload.layouts.model.question import Question
 from steadyload.methods.cascade.thresholds import Ladder, Stage, Thresholds, fingerprint
 from steadyload.methods.contract.spec import SpecError, parse_spec
@@ -30,7 +31,7 @@ from steadyload.tuning.cascade.defaults import (
 )
 from steadyload.tuning.cascade.evaluation import evaluate
 from steadyload.tuning.cascade.fitting import Fit, LeftOut, fit, independent_cases, left_out
-from steadyload.tuning.cascade.step_scores import StepScores, Table, score_steps
+from steadyload.tuning.cascade.step_scores import BoolArray, StepScores, Table, score_steps
 from steadyload.tuning.cases import Case, CaseSource, load_cases, own_part, set_for
 from steadyload.tuning.cases import fingerprint as cases_fingerprint
 
@@ -58,6 +59,10 @@ class FitOptions:
             of these parts.
         limit: only so many cases a scenario of every set.
         question: whose labels count.
+        falls: a set whose parts ``train`` and ``validation`` count, too: of its customers' pallets,
+            or of all its cases where it has none, stages may lose no fall that the last method
+            finds, and stages only pass steps. Empty for no such set; None for that of real size
+            where the question is ``stands``, and for none otherwise.
         last: spec of the method that decides the rest, on the engine; ``{engine}`` stands for its
             name, and the question is added where the method has one. Empty for :data:`LAST`.
 
@@ -77,6 +82,7 @@ class FitOptions:
     limit: int | None = None
     question: Question = Question.WITHIN
     last: str = ""
+    falls: str | None = None
 
     def __post_init__(self) -> None:
         if self.engine not in engines():
@@ -88,7 +94,11 @@ class FitOptions:
                 raise TuningError(f"error budget is {budget:g} points; allowed: above 0, to 100")
         if not 0.0 < self.confidence < 1.0:
             raise TuningError(f"confidence is {self.confidence:g}; allowed: between 0 and 1")
-        object.__setattr__(self, "directory", set_for(self.engine, self.directory, self.data))
+        if self.falls is None:
+            counts = self.question == Question.STANDS and capabilities(self.engine).dimensions == 3
+            object.__setattr__(self, "falls", REAL if counts else "")
+        sets = (*self.data, self.falls) if self.falls else self.data
+        object.__setattr__(self, "directory", set_for(self.engine, self.directory, sets))
         usual = CANDIDATES if self.question == Question.WITHIN else OF_STANDS
         asked = map(self.of_engine, self.candidates or usual)
         named = (str(make_method(spec).spec) for spec in asked)
@@ -123,6 +133,20 @@ class FitOptions:
             for path in (self.directory, *self.data)
         )
 
+    def of_falls(self) -> tuple[CaseSource, ...]:
+        """Sources of the cases among which falls are not to be lost."""
+        parts = (Part.TRAIN, Part.VALIDATION) if self.falls else ()
+        return tuple(
+            CaseSource(str(part), self.falls, self.limit, str(self.question)) for part in parts
+        )
+
+
+def _customers(directory: str, cases: Sequence[Case]) -> list[bool]:
+    """Which cases are of customers' pallets; all where none is."""
+    sources = load_benchmark(directory).layouts["sources"]
+    found = [PALLET_SOFTWARE in sources[case.layout.name] for case in cases]
+    return found if any(found) else [True] * len(found)
+
 
 def fit_cascade(options: FitOptions, *, progress: Progress = silent) -> Thresholds:
     """Thresholds of the cheapest cascade within each budget, from the scores of all candidates.
@@ -138,6 +162,8 @@ def fit_cascade(options: FitOptions, *, progress: Progress = silent) -> Threshol
         BenchmarkError: no such labelled set.
     """
     cases = list(chain.from_iterable(_balanced(load_cases(s)) for s in options.sources()))
+    known, falling = len(cases), list(chain.from_iterable(map(load_cases, options.of_falls())))
+    cases += falling
     lists = {case.instance for case in cases}
     if len(lists) < 2:
         raise TuningError(
@@ -147,6 +173,9 @@ def fit_cascade(options: FitOptions, *, progress: Progress = silent) -> Threshol
     specs = [*options.candidates, options.last]
     made_of = {spec: fingerprint(make_method(spec)) for spec in specs}
     table = score_steps(specs, cases, progress=progress)
+    if options.falls:
+        kept = [False] * known + _customers(options.falls, falling)
+        table = dataclasses.replace(table, falls=np.array(kept))
     independent = independent_cases(table, options.candidates, options.last)
     fits = {
         budget: fit(
@@ -235,6 +264,7 @@ def _summary(
         "sure_bound": round(found.bound(SURE), 6),
         "left_out": {"lost": int(out.lost.sum()), "cases": int(out.judged.sum())},
         "left_out_by_size": _by_size(table, out),
+        **_falls(table, found, out),
         "accuracy": round(float(o.right.mean()), 6),
         "alone": round(float(o.alone.mean()), 6),
         "milliseconds": round(float(o.cost.mean()), 4),
@@ -254,6 +284,33 @@ def _summary(
             if elsewhere is not None and stage.method in elsewhere.step_scores
         ],
     }
+
+
+def _falls(table: Table, found: Fit, out: LeftOut) -> dict[str, Any]:
+    """How many falls there are, are found, and are lost; how many loads that stand are said to
+    fail: on the cases whose falls count. Empty where none does.
+    """
+    if table.falls is None:
+        return {}
+    fails, alone = _any(table, table.fails), evaluate(table, (), found.last)
+    falls, stands = table.falls & fails, table.falls & ~fails
+    said, by_last = _any(table, found.evaluation.unstable), _any(table, alone.unstable)
+    return {
+        "falls": {
+            "cases": int(falls.sum()),
+            "found": int((falls & said).sum()),
+            "found_alone": int((falls & by_last).sum()),
+            "lost_left_out": int((falls & by_last & ~out.unstable).sum()),
+            "stand": int(stands.sum()),
+            "false_alarms": int((stands & said).sum()),
+            "false_alarms_alone": int((stands & by_last).sum()),
+        }
+    }
+
+
+def _any(table: Table, steps: BoolArray) -> BoolArray:
+    """The cases that have such a step, (M,)."""
+    return np.bincount(table.of, steps, len(table.lists)) > 0
 
 
 def _by_size(table: Table, out: LeftOut) -> list[dict[str, int]]:

@@ -315,10 +315,12 @@ class LeftOut:
     Attributes:
         lost: cases lost, (M,).
         judged: cases that count: the budget can be kept to without their item list, (M,).
+        unstable: cases that are said to fail, (M,).
     """
 
     lost: BoolArray
     judged: BoolArray
+    unstable: BoolArray
 
 
 def left_out(table: Table, fitted: Fit, *, budget: float, confidence: float) -> LeftOut:
@@ -328,7 +330,7 @@ def left_out(table: Table, fitted: Fit, *, budget: float, confidence: float) -> 
     thresholds of their own, and the losses allowed in each, are chosen anew without the list.
     """
     chosen = tuple(rung_of(stage) for stage in fitted.stages)
-    lost, judged = (np.zeros(len(table.lists), dtype=bool) for _ in range(2))
+    lost, judged, unstable = (np.zeros(len(table.lists), dtype=bool) for _ in range(3))
     for name in sorted(set(table.lists)):
         inside = table.lists == name
         others = table.chosen(~inside)
@@ -337,6 +339,8 @@ def left_out(table: Table, fitted: Fit, *, budget: float, confidence: float) -> 
         if most < 0:
             continue
         stages, _ = _cheapest(others, [chosen], fitted.last, most, by_size=fitted.by_size)
-        found = evaluate(table.chosen(inside), stages, fitted.last)
+        own = table.chosen(inside)
+        found = evaluate(own, stages, fitted.last)
         lost[inside], judged[inside] = found.lost, True
-    return LeftOut(lost, judged)
+        unstable[inside] = np.bincount(own.of, found.unstable, len(own.lists)) > 0
+    return LeftOut(lost, judged, unstable)

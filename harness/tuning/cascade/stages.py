@@ -68,8 +68,23 @@ def best_stage(
         if begin == 0 and rung.items is not None:
             evident &= table.places < rung.items
         pair = _pair(table, rung.method, evident, scored & own, allowed, price)
+        if table.falls is not None:
+            lost = open_ & own & table.falls[table.of] & _found(table, last)
+            pair = _passing(table, rung.method, lost, pair)
         found.append(_no_wider(pair, found[-1]) if found else pair)
     return _stage(rung, begins, found)
+
+
+def _found(table: Table, last: str) -> BoolArray:
+    """The failing steps that the last method calls unstable, (N,)."""
+    own = table.step_scores[last]
+    return table.fails & (own.scores > own.decision_threshold)
+
+
+def _passing(table: Table, method: str, falls: BoolArray, pair: _Pair) -> _Pair:
+    """The accept threshold at which none of some failing steps is passed, and no other one."""
+    low, scores = pair[0], table.step_scores[method].scores[falls]
+    return low if low is None or not len(scores) else min(low, float(scores.min())), None
 
 
 def _no_wider(pair: _Pair, smaller: _Pair) -> _Pair:
@@ -112,7 +127,7 @@ def _pair(
     alarms = -np.sort(-_highest(table, evident & ~table.fails, step_scores.scores))
     scores, price = step_scores.scores[scored], price[scored]
     best = None
-    for below in range(allowed + 1):
+    for below in range(allowed + 1) if table.falls is None else (allowed,):
         above = allowed - below
         low = min(float(missed[below]), threshold) if below < len(missed) else threshold
         high = max(float(alarms[above]), threshold) if above < len(alarms) else threshold

@@ -55,6 +55,8 @@ class Table:
         lists: the item list of every case, (M,).
         boxes: the number of items of every case, also of those without a labelled step, (M,).
         step_scores: by spec.
+        falls: the cases of which no stage may lose a fall that the last method finds, (M,); stages
+            pass steps then, and call none unstable. None: falls are lost as other steps are.
     """
 
     of: Indices
@@ -62,6 +64,7 @@ class Table:
     lists: NDArray[np.object_]
     boxes: Indices
     step_scores: Mapping[str, StepScores]
+    falls: BoolArray | None = None
 
     @cached_property
     def starts(self) -> Indices:
@@ -88,6 +91,7 @@ class Table:
                 )
                 for spec, o in self.step_scores.items()
             },
+            None if self.falls is None else self.falls[cases],
         )
 
 
