@@ -92,10 +92,21 @@ class Further:
         choices="steadyload.layouts.model.question:Question",
     )  # fmt: skip
     judges: str = option("all", "few: three quick ones (default: all)", choices=("all", "few"))
+    close_steps: int | None = option(
+        None, "of large layouts: two changes of contacts alone, of both questions, at the steps "
+        "that are close, of all cases that fail and N that stand", metavar="N", least=0,
+    )  # fmt: skip
     workers: int = workers_option(0)
+
+    def __post_init__(self) -> None:
+        if self.close_steps is not None and self.limit is not None:
+            raise UsageError("--close-steps: not allowed with --limit")
 
     def run(self) -> None:
         """Judge the cases that have not been judged by all of the methods."""
+        if self.close_steps is not None:
+            self._close_steps(self.close_steps)
+            return
         from steadyload.labelling.further_verdicts import add_further_verdicts
         from steadyload.labelling.labelling import PANELS
         from steadyload.layouts.model.question import Question
@@ -106,6 +117,16 @@ class Further:
                 judges=PANELS[self.judges], workers=self.workers, progress=advance,
             )  # fmt: skip
         print(f"{count} cases judged by further methods -> {self.directory}")
+
+    def _close_steps(self, standing: int) -> None:
+        from steadyload.labelling.close_steps import judge_close_steps
+
+        with resumable(self.directory), progress_bar("judging") as advance:
+            count = judge_close_steps(
+                self.directory, part=self.part, standing=standing, workers=self.workers,
+                progress=advance,
+            )  # fmt: skip
+        print(f"{count} cases judged at their close steps -> {self.directory}")
 
 
 @dataclass(frozen=True)
