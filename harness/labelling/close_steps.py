@@ -34,7 +34,7 @@ from steadyload.methods.simulation import step_answers
 from steadyload.methods.simulation.simulation import Simulation
 from steadyload.methods.simulation.step_answers import StepAnswer, StepAnswers
 from steadyload.progress import Progress, silent
-from steadyload.runs.asked import Asked, kept_rows
+from steadyload.runs.asked import Asked, kept_rows, rows_so_far
 from steadyload.runs.pool import IN_THIS_PROCESS
 from steadyload.runs.provenance import made_by
 
@@ -129,8 +129,8 @@ def judge_close_steps(
 ) -> int:
     """Store verdicts of :data:`CONTACTS` on the failing cases of a part and some that stand.
 
-    Rows lie in ``opinions/close`` in the folder: an interrupted run goes on where it ended, and the
-    tables of opinions are written once all cases are judged.
+    Rows lie in ``opinions/close`` in the folder: an interrupted run keeps the cases that are
+    complete, and goes on with the others.
 
     Args:
         directory: of a set that was labelled by screening, for both questions.
@@ -159,14 +159,32 @@ def judge_close_steps(
     ]  # fmt: skip
     folder = directory / "opinions" / "close"
     folder.parent.mkdir(exist_ok=True)
-    found = kept_rows(folder, units, StepVerdicts, workers=workers, progress=progress).rows
+    try:
+        kept_rows(folder, units, StepVerdicts, workers=workers, progress=progress)
+    finally:
+        known = rows_so_far(folder, units, StepVerdicts)
+        _store(
+            directory,
+            cases,
+            [known[k : k + len(CONTACTS)] for k in range(0, len(known), len(CONTACTS))],
+        )
+    return len(cases)
+
+
+def _store(
+    directory: Path, cases: Sequence[CloseCase], known: Sequence[Sequence[StepVerdicts | None]]
+) -> None:
+    """Write the verdicts on those cases that all methods have judged into the tables of a set."""
     for question in Question:
         rows = [
             _opinion(case, judge, question, verdicts)
-            for (case, judge), verdicts in zip(asked, found, strict=True)
+            for case, said in zip(cases, known, strict=True)
+            if all(said)
+            for judge, verdicts in zip(CONTACTS, said, strict=True)
+            if verdicts is not None
         ]
-        with_further(directory, pd.DataFrame(rows, columns=OPINIONS.names), question)
-    return len(cases)
+        if rows:
+            with_further(directory, pd.DataFrame(rows, columns=OPINIONS.names), question)
 
 
 def _opinion(

@@ -60,6 +60,7 @@ from steadyload.studies.evaluation.error_places import (
     margin_bins,
     size_bins,
 )
+from steadyload.studies.evaluation.falls import FallsFound, falls_found
 from steadyload.studies.evaluation.floors import FloorRow, floor_rows
 from steadyload.studies.evaluation.judged_set import NEAR, YARDSTICK, JudgedSet
 from steadyload.studies.evaluation.judging import (
@@ -103,6 +104,7 @@ class Found:
         small: whether the first bin of boxes is of small layouts of the large set.
         lost: cases without a verdict.
         origins: who planned the cases; empty where no customer did.
+        falls: falls that are found, and false alarms; empty where no customer planned a case.
         floors: shares of customers' pallets that are called stable, by floor.
         screened, checked: how labels were made by screening, in all and by size.
         fails: shares of cases whose label is a failing step, here and in the whole set.
@@ -122,6 +124,7 @@ class Found:
     small: bool
     lost: Sequence[NoVerdict]
     origins: Sequence[Origin]
+    falls: Sequence[FallsFound]
     floors: Sequence[FloorRow]
     screened: ScreenedSteps
     checked: Sequence[CheckedScreening]
@@ -240,6 +243,11 @@ def compare(lab: Lab, asked: Options, *, sizes: tuple[int, ...] = (), views: int
             {spec: key for own in sets for spec, key in own.evaluation.judged.keys.items()},
         ),
         origins=origins(judged, benchmark.layouts),
+        falls=[
+            each
+            for own in sets
+            for each in falls_found(own.evaluation.judged, benchmark, own.question)
+        ],
         floors=floor_rows(lab, asked, benchmark),
         screened=screened_steps(benchmark.screening),
         checked=checked_screening(benchmark.screening, benchmark.cases),
