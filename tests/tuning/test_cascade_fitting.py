@@ -106,6 +106,28 @@ def test_a_part_of_a_table_is_the_table_of_those_cases(three):
     assert own.right.tolist() == whole.right[[0, 2]].tolist()
 
 
+def test_no_fall_that_counts_is_lost_and_stages_only_pass_steps():
+    """40 cases of one step, half of which fall; to the stage two falls look safe."""
+    fails = np.arange(40) % 2 == 1
+    scores = np.where(fails, 0.9, 0.1)
+    scores[[1, 3]] = 0.3, 0.05
+    last = step_scores(np.where(fails, 2.0, 0.0), cost=100.0, decision_threshold=1.0, cases=40)
+    table = Table(
+        np.arange(40), fails, np.array([f"list {k}" for k in range(40)], dtype=object),
+        np.full(40, 5), {"quick": step_scores(scores, cases=40), "last": last},
+    )  # fmt: skip
+    how = {"budget": 0.2, "confidence": 0.5, "independent": 40.0}
+    free = fit(table, ["quick"], "last", **how)
+    assert free.stages[0].high is not None
+    assert free.evaluation.lost[[1, 3]].all()
+    for counts, low, lost in (([1], 0.3, [3]), ([1, 3], None, []), ([], 0.5, [1, 3])):
+        falls = np.isin(np.arange(40), counts)
+        found = fit(dataclasses.replace(table, falls=falls), ["quick"], "last", **how)
+        assert all(each.high is None for stage in found.stages for each in stage.ranges)
+        assert [stage.low for stage in found.stages] == ([low] if low else [])
+        assert np.flatnonzero(found.evaluation.lost).tolist() == lost
+
+
 def test_a_stage_of_few_items_decides_and_costs_nothing_beyond_them(three):
     """As above, but the last method judges the second step of cases 0 and 1."""
     found = evaluate(three, (Stage("quick", 0.35, 0.85, items=1),), "last")

@@ -56,7 +56,8 @@ def confidence(cases: pd.DataFrame, opinions: pd.DataFrame) -> pd.DataFrame:
     Returns:
         Indexed by layout and scenario: ``confidence``, the share of the ensemble that agrees;
         ``numerical``, ``model``, ``limits``: the share of each part; ``robust``: all agree; missing
-        where a part of the ensemble has not judged the case yet.
+        where a part of the ensemble that has judged other cases has not judged this one yet. Of a
+        set that a part has not judged at all, *robust* says less.
     """
     asked = opinions[opinions["reason"].isin([str(r) for r in ENSEMBLE])]
     same = asked.assign(same=agrees(cases, asked).astype(float))
@@ -64,6 +65,6 @@ def confidence(cases: pd.DataFrame, opinions: pd.DataFrame) -> pd.DataFrame:
     table = same.groupby([*keys, "reason"], observed=True)["same"].mean().unstack("reason")
     table = table.reindex(columns=[str(r) for r in ENSEMBLE])
     table.insert(0, "confidence", same.groupby(keys, observed=True)["same"].mean())
-    whole = table[[str(r) for r in ENSEMBLE]].notna().all(axis=1)
+    whole = table[sorted(set(asked["reason"]))].notna().all(axis=1)
     table["robust"] = (table["confidence"] == 1.0).astype("boolean").where(whole)
     return table
