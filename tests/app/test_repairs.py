@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.stats import norm
 
 import steadyload as sl
 from steadyload.app.checking import Answer, check
@@ -20,6 +21,7 @@ from steadyload.layouts.files.sources import Content
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.model.frame import Frame
 from steadyload.layouts.model.layout import TOLERANCE, LayoutError
+from steadyload.methods import make_method
 from steadyload.repairing.confirmed import Stopped
 from steadyload.repairing.search import Search
 from steadyload.runs.scoring import read_entries
@@ -67,6 +69,9 @@ def turned_about_the_vertical(was, now):
         ({"allow": 7}, "allow is 7; allowed: one or more of order"),
         ({"allow": [None]}, "allow has missing; allowed: drop, leave"),
         ({"shift_cm": -1}, "shift_cm is -1; allowed: "),
+        ({"margin_cm": -1}, "margin_cm is -1; allowed: "),
+        ({"margin_cm": 11}, "margin_cm is 11; allowed: "),
+        ({"margin_cm": math.nan}, "margin_cm is nan; allowed: "),
         ({"shift_cm": math.nan}, "shift_cm is nan; allowed: "),
         ({"seconds": 0}, "seconds is 0; allowed: a number of seconds above 0"),
         ({"seconds": None}, "seconds is missing; allowed: a number of seconds above 0"),
@@ -99,6 +104,36 @@ def test_a_plan_that_stands_comes_back_as_the_same_object(gaps_cm):
         assert (found.changes, found.origins) == ((), (0, 1))
         assert found.sentence == "stands as it is"
         assert found.after is found.before
+
+
+@pytest.mark.parametrize("margin", [0.5, 2.0, 7.0, 10.0])
+def test_a_repaired_plan_has_the_margin_that_is_asked_for(margin):
+    found = repair(LEANS, ["shift"], margin_cm=margin)
+    assert found.margin.cm == pytest.approx(margin, abs=2e-3)
+    assert found.layout.items[1].position[0] == pytest.approx(20.0 - margin, abs=1e-3)
+    assert make_method(f"equilibrium:margin={margin - 0.01}").judge(found.layout).stable
+    assert found.to_dict()["margin_cm"] == round(found.margin.cm, 3)
+    # Only the upper box can fall, and only along x: past the edge by 20 cm less its place.
+    assert found.chance == pytest.approx(norm.cdf(margin / 0.5), abs=0.02)
+    assert found.to_dict()["chance_5mm"] == found.chance
+
+
+def test_where_no_plan_has_the_margin_half_of_it_is_looked_for():
+    """At 23 cm the upper box leans still; it may be shifted by 6 cm, to a margin of 1 cm."""
+    assert list(RepairOptions(margin_cm=2.0).margins_cm) == [2.0, 1.0, 0.5, 0.25, 0.0]
+    assert list(RepairOptions(margin_cm=0.0).margins_cm) == [0.0]
+    found = repair(LEANS, ["shift"], shift_cm=6.0)
+    assert found.margin.cm == pytest.approx(1.0, abs=2e-3)
+    assert found.layout.items[1].position[0] == pytest.approx(19.0, abs=1e-3)
+
+
+def test_a_narrow_box_has_the_margin_that_its_base_allows():
+    plan = sl.Layout("pole", PALLET, (
+        sl.Item(0, (0, 0, 0), (40, 30, 40), 12.0), sl.Item(1, (39, 30, 10), (3, 30, 3), 1.0),
+    ))  # fmt: skip
+    found = repair(plan, ["shift"])
+    assert found.outcome == "repaired"
+    assert found.margin.cm == pytest.approx(0.99 * 1.5, abs=0.01)
 
 
 def test_another_order_alone_is_named_and_moves_nothing():
