@@ -24,7 +24,7 @@ from steadyload.layouts.model.layout import TOLERANCE, FloatArray, Layout
 from steadyload.statics.kernels.constants import FLOOR
 from steadyload.statics.movement import Movement
 
-VERSION = 2
+VERSION = 1
 """Of rest positions: raised when others are found."""
 
 Indices = NDArray[np.intp]
@@ -120,10 +120,12 @@ class RestPositions:
                 np.concatenate((plan_low[grounded], plan_high[grounded]), axis=1),
             )
         )
-        left = (patches[:, 2:] - patches[:, :2]).min(axis=1) >= 2.0 * margin
+        sides = patches[:, 2:] - patches[:, :2]
+        left = (sides.min(axis=1) >= 2.0 * margin) | (margin <= TOLERANCE)
+        by = np.minimum(margin, 0.5 * sides)
+        patches[:, :2] += by
+        patches[:, 2:] -= by
         patches = patches[left]
-        patches[:, :2] += margin
-        patches[:, 2:] = np.maximum(patches[:, 2:] - margin, patches[:, :2])
         self.below, self.above = self.below[left], self.above[left]
         self._gaps = self._gaps[left]
         self._corners = patches[:, _CORNERS]

@@ -144,7 +144,7 @@ class Equilibrium(Method):
 
     def parts(self) -> Mapping[str, int]:
         """See :meth:`Method.parts`."""
-        drawn = {"drawn in": DRAWN_IN} if self.parameters.margin else {}
+        drawn = {"drawn in": DRAWN_IN} if self.parameters.margin > TOLERANCE else {}
         return {**super().parts(), **drawn}
 
     @property

@@ -25,8 +25,8 @@ from steadyload.methods.contract.method import (
 from steadyload.methods.contract.warming import judge_one_item
 from steadyload.methods.equilibrium.warming import load_balance
 from steadyload.statics import kernels
+from steadyload.statics.balance import DRAWN_IN, VerticalBalance, inset
 from steadyload.statics.balance import VERSION as BALANCE
-from steadyload.statics.balance import VerticalBalance, inset
 from steadyload.statics.kernels.constants import BALANCED
 from steadyload.statics.movement import Movement
 from steadyload.statics.rest_position import VERSION as REST
@@ -72,6 +72,11 @@ class Settling(Method):
     }  # fmt: skip
     packages = ("numba", "numpy", "scipy")
 
+    def parts(self) -> Mapping[str, int]:
+        """See :meth:`Method.parts`."""
+        drawn = {"drawn in": DRAWN_IN} if self.parameters.margin > FIRM else {}
+        return {**super().parts(), **drawn}
+
     @property
     def traits(self) -> frozenset[Trait]:
         """See :attr:`Method.traits`."""
@@ -109,9 +114,9 @@ class Settling(Method):
 class SettlingSteps(StepScorer):
     """Scores of single steps: the largest movement of a box, in units of its threshold.
 
-    A box that came too far at a step that was scored before does not count again: that step answers
-    for it. With a margin, boxes must rest without it, too: of a narrow contact over which one tips
-    nothing is left with it.
+    With a margin above :data:`FIRM` boxes must rest with that one, too: of a narrow contact over
+    which one tips nothing is left with the larger. Only then a box that came too far at a step that
+    was scored before does not count again: that step answers for it.
 
     Args:
         parameters: of the method.
@@ -226,6 +231,6 @@ class RestingSteps(StepScorer):
         who = np.array(group)
         firm = self._fixed[who]
         moved = self._rest.movements(who[~firm], who[firm])
-        before = self._falls[moved.items]
+        before = self._falls[moved.items] & (self._margin > FIRM)
         self._falls[moved.items] = ~(moved.beyond <= 1.0)
         return AT_REST if before.all() else moved.furthest(~before)

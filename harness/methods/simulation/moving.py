@@ -18,7 +18,7 @@ from steadyload.statics.kernels.constants import UNBALANCED, UNRESOLVED
 
 BoolArray = NDArray[np.bool_]
 
-VERSION = 2
+VERSION = 1
 """Of what is simulated in this scope: raised when that comes to other verdicts."""
 
 STIRRED = 0.05

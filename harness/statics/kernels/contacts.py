@@ -105,7 +105,8 @@ def contacts_of(lower: Any, upper: Any, floor: Any) -> Contacts:
 def draw_in(patches: Any, margin: float) -> None:
     """Draw in patches by a margin [cm] on every side, in place.
 
-    Of what is narrower than twice that nothing is left: it carries nothing, see :func:`is_left`.
+    Of what is narrower than twice that nothing is left: it carries nothing, see :func:`is_left`. A
+    margin within the tolerance of plans guards against rounding alone, and leaves a line of it.
 
     Args:
         patches: x0, z0, x1, z1 [cm], shape (P, 4).
@@ -113,11 +114,13 @@ def draw_in(patches: Any, margin: float) -> None:
     """
     for k in range(len(patches)):
         x0, z0, x1, z1 = patches[k]
-        if min(x1 - x0, z1 - z0) < 2.0 * margin:
+        if margin > TOLERANCE and min(x1 - x0, z1 - z0) < 2.0 * margin:
             patches[k, 0], patches[k, 1], patches[k, 2], patches[k, 3] = 0.0, 0.0, -1.0, -1.0
-        else:
-            patches[k, 0], patches[k, 2] = x0 + margin, max(x0 + margin, x1 - margin)
-            patches[k, 1], patches[k, 3] = z0 + margin, max(z0 + margin, z1 - margin)
+            continue
+        for axis in range(2):
+            by = min(margin, 0.5 * (patches[k, axis + 2] - patches[k, axis]))
+            patches[k, axis] += by
+            patches[k, axis + 2] -= by
 
 
 @compiled
