@@ -13,11 +13,10 @@ from steadyload.layouts.model.footing import Footing, Gap, Side
 from steadyload.layouts.model.frame import Frame
 from steadyload.methods.contract.old_keys import with_old_keys
 from steadyload.methods.contract.verdict import Verdict, record_of
-from steadyload.methods.equilibrium.margin import CLOSE_CALL as CLOSE_CALL
-from steadyload.methods.equilibrium.margin import LoadMargin, MarginKind
 from steadyload.notebook import ShownInNotebook
 from steadyload.runs.able import asked_question, spec_with_question
 from steadyload.statics.bearing.crushed import Crushed
+from steadyload.statics.load_margin import CLOSE_CALL, LoadMargin, MarginKind
 from steadyload.statistics.estimate import Estimate
 
 if TYPE_CHECKING:
@@ -47,7 +46,7 @@ class Answer(StrEnum):
 
 
 def close_to(frame: Frame) -> str:
-    """What the margin of a load is, and from which on it is a close call."""
+    """A sentence on margins, and on loads that are close calls."""
     return (
         "By: how much smaller all contacts may be on every side with the load still standing, at "
         "rest where boxes have gaps below them; a load is a close call below "

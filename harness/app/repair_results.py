@@ -11,10 +11,10 @@ from typing import Any
 from steadyload.app.answers import Check
 from steadyload.layouts.model.frame import Frame
 from steadyload.layouts.model.layout import Item, Layout
-from steadyload.methods.equilibrium.margin import LoadMargin
 from steadyload.notebook import ShownInNotebook
 from steadyload.repairing.changes import Change
 from steadyload.repairing.confirmed import Stopped
+from steadyload.statics.load_margin import LoadMargin
 
 
 class Outcome(StrEnum):

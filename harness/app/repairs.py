@@ -6,21 +6,19 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 from steadyload.app.check_defaults import GAPS_CM
-from steadyload.app.checking import Answer, Check, answer_on, prepared, with_margin
+from steadyload.app.checking import Answer, Check, prepared, with_margin
+from steadyload.app.repair_options import ALLOWED, MARGIN_CM, SECONDS, SHIFT_CM
+from steadyload.app.repair_options import RepairOptions as RepairOptions
 from steadyload.app.repair_results import Outcome as Outcome
 from steadyload.app.repair_results import Repair as Repair
-from steadyload.errors import UserError, nearest
-from steadyload.escaping import shown
 from steadyload.layouts.files.record import Refused
 from steadyload.layouts.model.frame import Frame
 from steadyload.layouts.model.layout import Layout, LayoutError, require_layout
 from steadyload.layouts.model.naming import label_in
 from steadyload.layouts.model.snapping import snap
 from steadyload.methods.contract.method import Method
-from steadyload.methods.equilibrium.margin import MOST
 from steadyload.methods.registry import make_method
 from steadyload.methods.uncertainty import Uncertainty
-from steadyload.numbers import number_within, seconds_above_zero
 from steadyload.progress import Progress, silent
 from steadyload.repairing.changes import changes_between
 from steadyload.repairing.confirmed import (
@@ -38,21 +36,6 @@ from steadyload.runs.verdict_reliability import Sampling, verdict_reliability
 from steadyload.statics.kernels.warming import warm_up_searches
 from steadyload.time_limit import TimeLimit, cpu_clock
 
-ALLOWED = (Kind.ORDER, Kind.DROP, Kind.SHIFT, Kind.TURN, Kind.MOVE)
-"""What may change unless it is stated: all but leaving boxes out."""
-
-SHIFT_CM = 30.0
-"""How far a box that is shifted may move sideways [cm], where it may not move anywhere."""
-
-SECONDS = 10.0
-"""CPU seconds that the search may take unless another limit is given."""
-
-MARGIN_CM = 2.0
-"""Margin of balance that all boxes of a repaired plan have unless another is given [cm]."""
-
-_LEAST_CM = 0.25
-"""A smaller margin than this is not looked for between the one that is asked for and none [cm]."""
-
 _SHORTEST = 0.1
 """CPU seconds of a search at least."""
 
@@ -64,71 +47,6 @@ _LOOKS = Sampling(half_width=0.001, most=256)
 
 _PATIENCE = 5.0
 """CPU seconds that a process is given beyond three times that limit."""
-
-
-class RepairError(UserError):
-    """An option of a repair that is not allowed: says which, and what is."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class RepairOptions:
-    """How plans are repaired.
-
-    Attributes:
-        allow: what may change, words of :class:`Kind`.
-        method: that confirms what stands, or its spec; None as of :func:`steadyload.check`.
-        shift_cm: how far ``shift`` may move a box sideways [cm], 0 or more.
-        margin_cm: by how much all contacts of the plan that is found may be smaller on every side
-            with every step still in balance [cm], 0 or more; where no plan has it, half of it is
-            looked for, and so on; a box that is narrower than twice that has what it can have.
-        seconds: CPU time that may be taken, above 0; the best plan that was confirmed by then
-            counts. So it does after Ctrl-C.
-        seed: of random choices, 0 or more: the same one finds the same plan, unless the time ends
-            the search.
-        gaps_cm: see :func:`steadyload.check`; where ``drop`` is allowed, boxes that drop by less
-            are put down where nothing else helps.
-        frame: axes and unit of the sentences.
-
-    Raises:
-        RepairError: there is no such change, or a number is not allowed.
-        NumberError: the time is no finite number above 0.
-        SpecError: there is no such method.
-    """
-
-    allow: Collection[Kind | str] = ALLOWED
-    method: str | Method | None = None
-    shift_cm: float = SHIFT_CM
-    margin_cm: float = MARGIN_CM
-    seconds: float = SECONDS
-    seed: int = 0
-    gaps_cm: float | None = GAPS_CM
-    frame: Frame = Frame()
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "allow", _kinds(self.allow))
-        number_within("shift_cm", self.shift_cm, 0.0, unit="[cm]", error=RepairError)
-        number_within("margin_cm", self.margin_cm, 0.0, MOST, unit="[cm]", error=RepairError)
-        seconds_above_zero("seconds", self.seconds)
-        if type(self.seed) is not int or self.seed < 0:
-            raise RepairError(f"seed is {shown(self.seed)}; allowed: 0, 1, 2, ...")
-
-    @property
-    def margins_cm(self) -> Iterator[float]:
-        """The margins that are looked for, one after the other [cm]."""
-        margin = self.margin_cm
-        while margin >= _LEAST_CM:
-            yield margin
-            margin *= 0.5
-        yield 0.0
-
-    @property
-    def kinds(self) -> frozenset[Kind]:
-        """Changes that may be made."""
-        return _kinds(self.allow)
-
-    def judge(self, layout: Layout) -> Check:
-        """The answer of the method that confirms."""
-        return answer_on(layout, self.method, gaps_cm=self.gaps_cm, frame=self.frame)
 
 
 def repair(
@@ -244,20 +162,6 @@ def chance_to_stand(layout: Layout) -> float:
     """
     found = verdict_reliability(make_method("equilibrium"), layout, OFF, _LOOKS)
     return sum(safe == len(layout) for safe in found.said) / len(found.said)
-
-
-def _kinds(allow: Collection[Kind | str]) -> frozenset[Kind]:
-    """The changes that words name.
-
-    Raises:
-        RepairError: there is no such change, or none is allowed.
-    """
-    if isinstance(allow, str) or not isinstance(allow, Collection) or len(allow) == 0:
-        raise RepairError(f"allow is {shown(allow)}; allowed: one or more of {', '.join(Kind)}")
-    for word in allow:
-        if not isinstance(word, str) or word not in list(Kind):
-            raise RepairError(f"allow has {shown(word)}; {nearest(str(word), list(Kind))}")
-    return frozenset(map(Kind, allow))
 
 
 @dataclass(frozen=True)

@@ -177,7 +177,7 @@ def _store(
     """Write the verdicts on those cases that all methods have judged into the tables of a set."""
     for question in Question:
         rows = [
-            _opinion(case, judge, question, verdicts)
+            _verdict_row(case, judge, question, verdicts)
             for case, said in zip(cases, known, strict=True)
             if all(said)
             for judge, verdicts in zip(CONTACTS, said, strict=True)
@@ -187,7 +187,7 @@ def _store(
             with_further(directory, pd.DataFrame(rows, columns=OPINIONS.names), question)
 
 
-def _opinion(
+def _verdict_row(
     case: CloseCase, judge: FurtherMethod, question: Question, verdicts: StepVerdicts
 ) -> tuple[object, ...]:
     """A row of the table of opinions."""

@@ -12,7 +12,7 @@ from steadyload.layouts.model.frame import Frame
 from steadyload.layouts.model.layout import Layout
 from steadyload.methods.contract.method import Method
 from steadyload.methods.contract.verdict import Verdict
-from steadyload.methods.equilibrium.margin import margin_as_planned
+from steadyload.statics.load_margin import margin_as_planned
 
 _MARGIN, _SHARE = 0.5, 0.05
 """Of a load in balance the margin is at least this [cm], or this share of the shortest edge of a

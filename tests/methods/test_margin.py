@@ -7,13 +7,8 @@ from steadyload.layouts.model.scenarios import Scenario
 from steadyload.layouts.packing.packing import random_layouts
 from steadyload.methods.contract.method import TimeoutExpiredError
 from steadyload.methods.contract.stopwatch import Stopwatch
-from steadyload.methods.equilibrium.margin import (
-    MOST,
-    LoadMargin,
-    MarginKind,
-    margin_as_planned,
-    margin_of,
-)
+from steadyload.methods.equilibrium.margin import margin_of
+from steadyload.statics.load_margin import MOST, LoadMargin, MarginKind, margin_as_planned
 from steadyload.statics.margins import margins
 
 BASE = (0.0, 0.0, 0.0, 60.0, 20.0, 60.0)
