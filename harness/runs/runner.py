@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 import logging
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
@@ -184,6 +184,8 @@ def _run(
     if not survey.missing and (directory / "manifest.json").exists():
         found = load_manifest(directory)  # no verdict is of the present code or machine
         manifest |= {name: found[name] for name in _MADE if name in found}
+    elif survey.present and (directory / "manifest.json").exists():
+        manifest["machine"] = _machines(load_manifest(directory), manifest["machine"])
     manifest |= {"cases_a_unit": size, "files": {name: checksum_of(fresh)}}
     if labels is not None:
         manifest["files"][LABELS_FILE] = checksum(labels)
@@ -367,6 +369,12 @@ def _manifest(
         "started": _now(),
         "finished": None,
     }
+
+
+def _machines(before: Mapping[str, Any], now: str) -> str:
+    """The machines on which the verdicts of a folder were made, this one last."""
+    known = [one for one in str(before.get("machine", "")).split("; ") if one and one != now]
+    return "; ".join([*known, now])
 
 
 def _write_manifest(directory: Path, manifest: dict[str, Any]) -> None:

@@ -29,7 +29,7 @@ class FallsFound:
     ``alarms``: by origin, the loads that stand and are said to fail, and all that stand.
     """
 
-    method: MethodKey = column()
+    method: MethodKey = column(form=lambda key: key.title, left=True)
     question: Question = column()
     found: Mapping[str, Estimate] = column("found of {} %", percent)
     alarms: Mapping[str, str] = column("false alarms, {}")
