@@ -56,6 +56,8 @@ def fitted():
             made_by = entry["made_by"]
             parts = [f"{made_by['directory']} fitting"]
             parts += [f"{other} validation" for other in made_by["data"]]
+            if falls := made_by.get("falls"):
+                parts += [f"{falls} train", f"{falls} validation"]
             yield f"cascade@{name}", (", ".join(parts), version(made_by))
 
 
