@@ -241,9 +241,9 @@ class Check(ShownInNotebook):
         """Motion of the box, as far as verdict and plan tell it, to follow its name."""
         said, way = self.verdict, f" to {self.side.way(self.frame)}" if self.side else ""
         seen = self.fault is not None and self.fault.simulation
+        if self.unsupported:
+            return " has nothing under it"
         if said is None or said.displacement is None or not seen:
-            if self.unsupported:
-                return " has nothing under it"
             lost = None if self.fault is None else self.fault.lost
             gives_way = lost is not None and said is not None and lost.item == said.item_at_fault
             return f" leans{way}" if way else " gives way" if gives_way else ""

@@ -36,9 +36,6 @@ from steadyload.runs.verdict_reliability import Sampling, verdict_reliability
 from steadyload.statics.kernels.warming import warm_up_searches
 from steadyload.time_limit import TimeLimit, cpu_clock
 
-_SHORTEST = 0.1
-"""CPU seconds of a search at least."""
-
 OFF = Uncertainty(com=0.5)
 """By how much centres of mass are off, as far as anybody knows."""
 
@@ -137,17 +134,17 @@ def _repaired(layout: Layout, options: RepairOptions) -> Repair:
 def _searched(boxes: Boxes, options: RepairOptions) -> Found[_Confirmation]:
     """The nearest plan with the largest margin of those looked for at which there is one.
 
-    Each search but the last may take half of the time that is left.
+    Each search ends after half of the time that is left where it has confirmed no plan by then.
     """
-    limit, margins = TimeLimit(options.seconds, "repair"), list(options.margins_cm)
-    for margin in margins:
-        share = 1.0 if margin == margins[-1] else 0.5
+    limit, left = TimeLimit(options.seconds, "repair"), options.seconds
+    for margin in options.margins_cm:
         found = ConfirmedSearch(
             boxes, options.kinds, options.shift_cm, options.seed,
             lambda plan: _Confirmation.of(options.judge(plan)),
-            max(share * limit.left(), _SHORTEST), margin,
+            left, margin, without=left / 2.0 if margin else None,
         ).run()  # fmt: skip
-        if found.attempt is not None or found.stopped is Stopped.INTERRUPTED:
+        left = limit.left()
+        if found.attempt is not None or found.stopped is Stopped.INTERRUPTED or left <= 0.0:
             break
     return found
 

@@ -100,6 +100,8 @@ class ConfirmedSearch(Generic[Said]):
         judge: says whether a changed plan stands.
         seconds: CPU time of the search, the judge's included.
         margin: of balance that boxes are to have [cm].
+        without: CPU time after which the search ends as long as no plan is confirmed; None for
+            ``seconds``.
     """
 
     def __init__(
@@ -111,11 +113,13 @@ class ConfirmedSearch(Generic[Said]):
         judge: Callable[[Layout], Said],
         seconds: float,
         margin: float = MARGIN,
+        without: float | None = None,
     ) -> None:
         self._boxes, self._allowed, self._judge = boxes, allowed, judge
         self._search = Search(boxes, allowed, shift_cm, seed, lambda: self._limit.check(), margin)
         warm_up_searches()  # else the time would be up before the first try, where it is not kept
-        self._limit = TimeLimit(seconds, "repair")
+        self._whole = TimeLimit(seconds, "repair")
+        self._limit = self._whole if without is None else TimeLimit(without, "repair")
         self._tried = self._judged = 0
         self._best: Attempt | None = None
         self._said: Said | None = None
@@ -196,7 +200,7 @@ class ConfirmedSearch(Generic[Said]):
             self._judged += 1
             confirmation = self._judge(changed_plan(self._boxes, attempt))
             if confirmation.stands:
-                self._best, self._said = attempt, confirmation
+                self._best, self._said, self._limit = attempt, confirmation, self._whole
                 break
             self._ask_for_more(attempt, confirmation)
             self._tried += 1

@@ -146,7 +146,7 @@ def test_another_order_alone_is_named_and_moves_nothing():
     ]
     [change] = found.changes
     assert change.sentence() == "box B (3rd of 3) is loaded before box TOP (2nd of 3)"
-    assert str(found).startswith("plan: stands by another order of loading alone [")
+    assert str(found).startswith("plan: stands, by 7.5 cm, by another order of loading alone [")
     assert str(found).endswith("]; box B (3rd of 3) is loaded before box TOP (2nd of 3)")
 
 

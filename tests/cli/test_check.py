@@ -102,13 +102,14 @@ def test_a_row_a_pallet_and_counts_that_fit_eighty_columns(run):
                  id_="an id that is long enough to fill a whole column by itself")  # fmt: skip
     status, out, _ = run([STANDING, FALLING, long])
     lines = out.splitlines()
-    header, first, second, third, fault, remedy, _, _, _, accuracy, by, last = lines
+    header, first, second, third, fault, remedy, full, _, _, _, accuracy, by, last = lines
     assert status == 1
     assert header.split() == ["pallet", "boxes", "accuracy", "answer"]
     assert " ".join(first.split()) == "stands 2 98 % stands, by 10 cm or more"
     assert by == BY
-    assert "fails at box 2 of 2: SKU-2002 leans to +x" in second
+    assert "fails at box 2 of 2: SKU-2002 tips to" in second
     assert third.startswith("a name that is fa...")
+    assert full.endswith("to fill a whole column by itself tips to +x, 1.5 cm")
     assert last == f"3 pallets: 1 stand, 2 fail ({DEFAULT})"
     assert max(map(len, (header, first, second, third, last))) <= 80
     assert fault.startswith("falls: the centre of mass of box SKU-2002 (2nd of 2) lies 7.0 cm past")
@@ -473,7 +474,7 @@ def test_sentences_speak_the_axes_and_the_unit_of_the_file(run, tmp_path, height
     )
     status, out, _ = run([file], "--units", "mm", "--up", "z")
     assert status == 1
-    assert "fails at box 2 of 2: B leans to +x" in out
+    assert "fails at box 2 of 2: B tips to +x, 28 mm" in out
     assert "lies 50 mm past the edge of box A (1st of 2) (+x); 38 % of its base is supported" in out
     assert all(sentence in out for sentence in said)
 
@@ -503,7 +504,7 @@ def test_names_take_the_room_that_sentences_leave(run):
     _, out, _ = run([stack(name, (5.0, 0.0)) for name in names])
     assert all(name in out for name in names)
     long = stack("short", (22.0, 0.0), id_="B" * 26)
-    assert f"{'B' * 26} leans to +x" in run([long])[1]
+    assert f"{'B' * 26} tips" in run([long])[1]
 
 
 def test_reliability_is_what_was_measured_on_layouts_of_the_size():
@@ -527,9 +528,9 @@ def test_reliability_is_what_was_measured_on_layouts_of_the_size():
 def test_in_python_an_answer_prints_in_one_line():
     told = str(sl.check(FALLING))
     assert told.startswith(
-        "falls (2 boxes): fails at box 2 of 2: SKU-2002 leans to +x; the centre of mass of box "
-        "SKU-2002 (2nd of 2) lies 7.0 cm past the edge of box SKU-2001 (1st of 2) (+x); 27 % of "
-        f"its base is supported; {REMEDY} ["
+        "falls (2 boxes): fails at box 2 of 2: SKU-2002 tips to +x, 1.5 cm; the centre of mass of "
+        "box SKU-2002 (2nd of 2) lies 7.0 cm past the edge of box SKU-2001 (1st of 2) (+x); 27 % "
+        f"of its base is supported; {REMEDY} ["
     )
     assert DEFAULT in told
     assert "\n" not in told

@@ -68,7 +68,7 @@ def test_a_packers_plans_are_repaired(tmp_path):
     pytest.importorskip("py3dbp")
     shown = run("repairing-a-packers-plans.ipynb", tmp_path)
     assert shown.count("data:image/svg+xml") == 2
-    assert shown.count(" -> stands: ") == 4
+    assert shown.count(" -> stands, by ") == 4
     layouts = sl.read(tmp_path / "standing.json")
     assert len(layouts) == 4
     assert all(sl.check(layout).stands for layout in layouts)

@@ -111,8 +111,8 @@ def test_a_native_file_is_written_with_its_failing_plans_replaced(run, folder):
     assert header.split() == ["pallet", "boxes", "repair"]
     assert [" ".join(row.split()) for row in rows] == [
         "stands 2 stands as it is",
-        "leans 2 stands: 1 box moved",
-        "early 3 stands by another order of loading alone",
+        "leans 2 stands, by 2.0 cm: 1 box moved",
+        "early 3 stands, by 7.5 cm, by another order of loading alone",
     ]
     assert moved.startswith("leans: box B (2nd of 2) moves ")
     assert moved.endswith(" cm towards -x")
@@ -394,7 +394,9 @@ def test_what_the_form_of_a_file_cannot_state_is_written_beside_it(run, folder):
         "ITEM,0,1,0,0,0,0,0,40,40,30\nITEM,1,1,0,0,27,0,30,40,40,30\n"
     )
     (folder / "in.csv").write_text(certificate)
-    status, out, err = run("repair", "in.csv", "-o", "out.csv", "--allow", "shift")
+    status, out, err = run(
+        "repair", "in.csv", "-o", "out.csv", "--allow", "shift", "--margin", "1.5"
+    )
     assert status == 2
     assert "1 repaired" in out
     assert "allowed in a certificate of PackingSolver: whole numbers" in err
@@ -437,7 +439,7 @@ def test_a_check_with_repairs_adds_them_and_changes_nothing_else(run, folder, wo
         told = more[1].splitlines()
         extra = [line for line in told if ": repair: " in line or line.startswith("repair: ")]
         assert [line for line in told if line not in extra] == plain[1].splitlines()
-        assert extra[0] == "leans: repair: stands: 1 box moved"
+        assert extra[0] == "leans: repair: stands, by 2.0 cm: 1 box moved"
         assert extra[1].startswith("leans: repair: box B (2nd of 2) moves ")
         assert extra[2].startswith("hopeless: repair: not repaired: box PILLAR (1st of 2)")
         assert extra[3] == "repair: 1 of 2 that fail or hover stand when they are changed"
@@ -449,7 +451,8 @@ def test_a_check_with_repairs_adds_them_and_changes_nothing_else(run, folder, wo
     assert "box B (2nd of 2) moves " in str(new[1]["repair_changes"])
     assert {key for key in new[0] if key not in old[0]} == {
         "repair_outcome", "repair_sentence", "repair_by_order_alone", "repair_boxes_moved",
-        "repair_distance_cm", "repair_boxes_left_out", "repair_changes",
+        "repair_distance_cm", "repair_boxes_left_out", "repair_changes", "repair_margin_cm",
+        "repair_chance_5mm",
     }  # fmt: skip
 
 
@@ -469,7 +472,7 @@ def test_the_page_of_a_check_plays_a_repaired_plan(run, folder):
     ids = ['id="repaired-0"', 'id="repaired-1"', 'id="repaired-2"', 'id="planned"']
     assert [one in made for one in ids] == [False, True, False, True]
     assert [one in plain for one in ids] == [False] * 4
-    assert "repair: stands: 1 box moved" in made
+    assert "repair: stands, by 2.0 cm: 1 box moved" in made
     shutil.rmtree(folder / "made")
 
 

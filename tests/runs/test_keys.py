@@ -52,7 +52,7 @@ from steadyload.studies.properties import testing as properties
 from steadyload.studies.reality.fitting import FitUnit
 from steadyload.studies.reality.record import Record, RecordUnit
 from steadyload.studies.reality.releasing import JitterUnit, ReleasedUnit, Taken
-from steadyload.studies.repair.confirming import EngineUnit, LabelUnit
+from steadyload.studies.repair.confirming import EngineUnit, FirmnessUnit
 from steadyload.studies.repair.ways import ChangeUnit
 from steadyload.studies.scale.judging import InThreads, Many, OneByOne
 from steadyload.studies.scale.measuring import Size
@@ -311,14 +311,14 @@ ASKED = {
         "7765c390fd01044ac00d",
     ),
     EngineUnit: (
-        EngineUnit(ONE, "sme", MADE),
-        {"question": "does a changed plan stand"},
-        "b64ed22f40b938572678",
+        EngineUnit(ONE, "sme", 60.0, MADE),
+        {"question": "does a plan stand"},
+        "a8df90cadc7f4545a8bc",
     ),
-    LabelUnit: (
-        LabelUnit(ONE, MADE),
-        {"question": "label of a changed plan", "method": "label@reference:question=stands"},
-        "4c2e0b98126384704310",
+    FirmnessUnit: (
+        FirmnessUnit(ONE, MADE),
+        {"question": "margin of a plan and its chance to stand"},
+        "c19665491dc762932a85",
     ),
     RecordUnit: (
         RecordUnit(RECORD, 0, MADE),

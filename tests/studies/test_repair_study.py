@@ -17,7 +17,6 @@ from steadyload.layouts.benchmark.parts import REAL
 from steadyload.layouts.benchmark.tables import BenchmarkError
 from steadyload.layouts.packers.packed import PackerNotInstalledError
 from steadyload.methods import make_method
-from steadyload.methods.contract.method import Status
 from steadyload.reports.table import percent
 from steadyload.runs.kept_only import kept_only
 from steadyload.studies.kit import Lab
@@ -25,7 +24,7 @@ from steadyload.studies.repair import confirming, plans
 from steadyload.studies.repair.counting import ALL, COLUMNS, as_csv, summarise
 from steadyload.studies.repair.one_pass import one_pass
 from steadyload.studies.repair.packing_again import packed_again
-from steadyload.studies.repair.plans import Failing, failing_plans, try_all
+from steadyload.studies.repair.plans import Plan, controls, plans_by_label, try_all
 from steadyload.studies.repair.study import FILE, RepairStudy
 from steadyload.studies.repair.ways import ALLOWED_BY, Way, changed_by, in_its_bin
 
@@ -62,7 +61,7 @@ def real():
 
 @pytest.fixture(scope="module")
 def failing(real):
-    return failing_plans(real)[0]
+    return plans_by_label(real)[0]
 
 
 def test_plans_that_fail_are_those_of_the_labels(real, failing):
@@ -108,8 +107,9 @@ def test_a_plan_fails_by_the_label_of_either_question(row, fails, monkeypatch):
     table = pd.DataFrame([row, plan_row("b", stands=False), plan_row("c")])
     monkeypatch.setattr(plans, "plans_of", lambda _: table)
     set_ = SimpleNamespace(layout=lambda name, _: STANDS.renamed(name))
-    found, labelled = failing_plans(set_)
+    found, standing, labelled = plans_by_label(set_)
     assert [one.layout.name for one in found] == (["a", "b"] if fails else ["b"])
+    assert [one.layout.name for one in standing] == (["a", "c"] if row == plan_row("a") else ["c"])
     known = row["is_known"] and row["scenario"] == "S1"
     assert labelled == (3 if known else 2)
 
@@ -117,11 +117,11 @@ def test_a_plan_fails_by_the_label_of_either_question(row, fails, monkeypatch):
 def test_a_plan_of_two_packers_is_one_plan(monkeypatch):
     rows = [plan_row("a", packer=packer, stands=False) for packer in ("Packvium", "py3dbp")]
     monkeypatch.setattr(plans, "plans_of", lambda _: pd.DataFrame(rows))
-    (one,), labelled = failing_plans(SimpleNamespace(layout=lambda *_: STANDS))
+    (one,), _, labelled = plans_by_label(SimpleNamespace(layout=lambda *_: STANDS))
     assert (one.packers, labelled) == (("Packvium", "py3dbp"), 1)
     monkeypatch.setattr(plans, "plans_of", lambda _: pd.DataFrame([plan_row("a")]))
     with pytest.raises(BenchmarkError, match="no plan of a packer in this set fails"):
-        failing_plans(SimpleNamespace())
+        plans_by_label(SimpleNamespace())
 
 
 @pytest.mark.parametrize("plan", [STANDS, TOO_EARLY, HANGS_OVER, FULL], ids=lambda one: one.name)
@@ -251,80 +251,80 @@ def test_every_plan_is_changed_in_all_ways_and_judged_by_engines(tried, failing,
     found = [(one.plan.layout.name, one.way) for one in tried.tried]
     assert found == [(name, way) for name in names for way in Way]
     assert tried.not_installed == ""
-    assert any(one.changed.stands for one in tried.tried)
-    for one in tried.tried:
-        assert bool(one.engines) == one.changed.stands
-        if not one.changed.stands:
-            continue
-        changed = one.changed.layout(one.plan.layout.pallet)
+    repaired = [one for one in tried.tried if one.way is Way.LEAVE and one.changed.stands]
+    [*own, control] = tried.answers
+    assert [one.name for one in own] == [one.changed.plan for one in repaired] == names
+    layouts = [one.changed.layout(one.plan.layout.pallet) for one in repaired]
+    assert not control.repaired
+    assert abs(control.boxes - len(failing[0].layout)) <= 1
+    for one, changed in zip(
+        tried.answers, [*layouts, real.layout(control.name, "S1")], strict=True
+    ):
         assert (changed.lower >= -1e-6).all()
         assert (changed.upper <= np.add(changed.pallet.size, 1e-6)).all(), "out of the bin"
         for title, said in one.engines.items():
             spec = f"ps_opt@{title.lower()}:question=stands"
             verdict = make_method(spec).judge(changed)
             assert (said.failing_step, said.stands) == (verdict.failing_step, verdict.stable)
+        assert make_method("equilibrium").judge(changed).stable
+        assert one.firmness.as_planned
+        margin = one.firmness.margin_cm
+        assert make_method(f"equilibrium:margin={margin - 0.01}").judge(changed).stable
+        assert (
+            margin == 10.0
+            or not make_method(f"equilibrium:margin={margin + 0.01}").judge(changed).stable
+        )
+        assert not one.references
+    assert all(one.firmness.chance > 0.99 for one in own)
 
 
-@pytest.fixture
-def told(monkeypatch):
-    """Labels of the reference without a simulation; the layouts that were labelled."""
+def test_the_reference_goes_on_where_it_was_and_what_is_missing_is_counted(
+    lab, real, tried, monkeypatch
+):
+    own, count = confirming.CloseSteps.measure, len(tried.answers)
 
-    class Reference:
-        def prepare(self, count):
-            assert count
+    def limited(unit):
+        if not told.left:
+            raise KeyboardInterrupt
+        told.left -= 1
+        assert max(unit.steps) == len(unit.layout) - 1
+        assert len(unit.steps) in (4, 5)
+        return own(unit)
 
-        def judge(self, layout):
-            if len(told.asked) == told.most:
-                raise KeyboardInterrupt
-            told.asked.append(layout.content_hash())
-            if told.unsettled:
-                return SimpleNamespace(status=Status.UNSETTLED, failing_step=None)
-            failing = 3 if len(told.asked) == 1 else None
-            return SimpleNamespace(status=Status.DONE, failing_step=failing)
-
-    real = confirming.method_named
-    monkeypatch.setattr(
-        confirming,
-        "method_named",
-        lambda spec: Reference() if spec == "label@reference:question=stands" else real(spec),
-    )
-    told = SimpleNamespace(asked=[], most=10**6, unsettled=False)
-    return told
-
-
-def test_labels_go_on_where_they_were_and_what_is_missing_is_counted(lab, real, tried, told):
-    confirmed = [one for one in tried.tried if one.changed.stands]
-    hashes = [one.changed.layout(one.plan.layout.pallet).content_hash() for one in confirmed]
-    assert len({*hashes}) < len(hashes), "ways come to the same plan, which is labelled once"
-
-    def leave():
+    def by_reference():
         with kept_only("none is measured"):
             again = try_all(lab, real, reference=False, **OPTIONS)
-        assert [(one.way, one.changed, one.engines) for one in again.tried] == [
-            (one.way, one.changed, one.engines) for one in tried.tried
-        ]
-        return summarise(real, again).leave_label
+        assert [one.changed for one in again.tried] == [one.changed for one in tried.tried]
+        found = summarise(real, again)
+        rows = {row.judge: row for row in found.by_judge}
+        stiff, soft = rows[confirming.STIFF], rows[confirming.SOFT]
+        return found.unfinished, stiff.plans, stiff.control_plans, soft.plans, stiff.stands
 
-    assert (leave().labelled, leave().unfinished) == (0, leave().plans)
-    told.most = 1
+    told = SimpleNamespace(left=1)
+    monkeypatch.setattr(confirming.CloseSteps, "measure", limited)
+    assert by_reference()[:4] == (count, 0, 0, 0)
     with pytest.raises(KeyboardInterrupt):
         try_all(lab, real, reference=True, **OPTIONS)
-    assert (leave().labelled, leave().unfinished) == (1, leave().plans - 1)
-    assert leave().stands.value == 0.0
-    told.most = 10**6
+    assert by_reference()[:4] == (count, 1, 0, 0)
+    told.left = 10**6
     try_all(lab, real, reference=True, **OPTIONS)
-    ways = [one.way for one in confirmed]
-    in_order = [hashes[k] for way in Way for k, own in enumerate(ways) if own is way]
-    assert told.asked == [*dict.fromkeys(in_order)]
-    assert (leave().labelled, leave().unfinished, leave().no_label) == (leave().plans, 0, 0)
+    *counts, stands = by_reference()
+    assert counts == [0, count - 1, 1, count - 1]
+    assert (stands.value, stands.n) == (1.0, count - 1)
 
 
-def test_a_plan_without_an_end_has_no_label(tmp_path, real, tried, told, lab):
-    told.unsettled = True
-    one = next(each for each in tried.tried if each.changed.stands)
-    layout = one.changed.layout(one.plan.layout.pallet)
-    (row,) = Lab(tmp_path).measure(confirming.label_units([layout]), confirming.Labelled).rows
-    assert (row.settled, row.stands, row.status) == (False, False, "unsettled")
+def planned(count, *, packers=("py3dbp",)):
+    cubes = [((10 * k, 0, 0),) for k in range(count)]
+    name = f"{count} of {packers[0]}"
+    return Plan(loaded(name, *cubes, pallet=Pallet(200.0, 10.0, 10.0)), "i", packers)
+
+
+def test_controls_are_the_nearest_in_size_of_the_same_packers_each_once():
+    failing = [planned(count) for count in (2, 2, 2, 4, 5, 6, 7)]
+    standing = [planned(count) for count in (1, 5, 9)] + [planned(7, packers=("other",))]
+    sizes = [len(one.layout) for one in controls(failing, standing)]
+    assert sizes == [1, 5, 9]
+    assert [len(one.layout) for one in controls(failing[:4], standing[:1])] == [1]
 
 
 def test_without_the_packer_the_other_ways_remain(lab, real, monkeypatch, assert_shown):
@@ -342,15 +342,13 @@ def test_without_the_packer_the_other_ways_remain(lab, real, monkeypatch, assert
 
 
 def tables(found):
-    return [
-        found.all, found.by_packer, found.shares, found.costs, found.confirmed, found.by_label,
-    ]  # fmt: skip
+    return [found.all, found.by_packer, found.shares, found.costs, found.by_judge, found.firm]
 
 
 def test_the_page_shows_what_was_found(real, tried, tmp_path, assert_shown):
     found = summarise(real, tried)
     leave = found.leave
-    answer = [2, percent(leave.stands), percent(leave.boxes_out), percent(found.order.stands)]
+    answer = [2, percent(leave.stands), percent(leave.boxes_out), percent(found.keep.stands)]
     assert_shown(
         RepairStudy(), found, answer=answer, tables=tables(found), charts=["left_out", "moved"]
     )
@@ -367,12 +365,9 @@ def test_the_page_shows_what_was_found(real, tried, tmp_path, assert_shown):
 
 def test_a_set_of_which_nothing_is_repaired_has_a_page(real, tried, assert_shown):
     nothing = {"outcome": "not repaired", "boxes": [], "moved": None, "left_out": 0}
-    failed = [
-        replace(one, engines={}, label=None, changed=replace(one.changed, **nothing))
-        for one in tried.tried
-    ]
-    found = summarise(real, replace(tried, tried=failed))
-    assert (found.confirmed, found.by_label) == ([], [])
+    failed = [replace(one, changed=replace(one.changed, **nothing)) for one in tried.tried]
+    found = summarise(real, replace(tried, tried=failed, answers=[]))
+    assert (found.firm, found.unfinished) == ([], 0)
     assert_shown(
         RepairStudy(), found, answer=[percent(found.leave.stands)], tables=tables(found),
         charts=["left_out", "moved"], drawn=False,
@@ -380,13 +375,13 @@ def test_a_set_of_which_nothing_is_repaired_has_a_page(real, tried, assert_shown
 
 
 def test_plans_that_stand_against_their_label_are_counted_in_the_answer(real, tried, assert_shown):
-    sentence = "stay as they are and count as not standing here: "
+    sentence = "stay as they are and count as not repaired: "
     assert all(one.changed.outcome != Outcome.UNCHANGED for one in tried.tried)
     for count in (0, 1, 2):
         names = sorted({one.plan.layout.name for one in tried.tried})[:count]
         unchanged = {"outcome": Outcome.UNCHANGED, "boxes": [], "moved": None, "left_out": 0}
         rows = [
-            replace(one, engines={}, label=None, changed=replace(one.changed, **unchanged))
+            replace(one, changed=replace(one.changed, **unchanged))
             if one.way is Way.LEAVE and one.plan.layout.name in names else one
             for one in tried.tried
         ]  # fmt: skip
@@ -399,31 +394,22 @@ def test_plans_that_stand_against_their_label_are_counted_in_the_answer(real, tr
         assert (sentence in text) == bool(count)
 
 
-def label(status, failing_step=None):
-    return confirming.Labelled(status, failing_step, 60.0)
-
-
-def changed_plan(packers, boxes, *, instance, way=Way.LEAVE, label=None, **outcome):
+def changed_plan(packers, boxes, *, instance, way=Way.LEAVE, **outcome):
     """A plan of cubes, with what a way made of it."""
     cubes = [((10 * k, 0, 0),) for k in range(boxes)]
     plan = loaded("p", *cubes, pallet=Pallet(200.0, 10.0, 10.0))
     usual = {"way": way, "plan": "p", "outcome": "repaired", "judge": JUDGE, "step_before": 1,
              "left_out": 0, "volume_left_out": 0.0, "moved": 0, "distance_cm": 0.0, "retimed": 0,
              "seconds": 1.0, "stopped": "done", "boxes": []}  # fmt: skip
-    said = confirming.Stands("done", None)
-    return plans.Tried(
-        Failing(plan, instance, packers), way, plans.Changed(**usual | outcome),
-        dict.fromkeys(confirming.ENGINES, said) if "outcome" not in outcome else {}, label,
-    )  # fmt: skip
+    return plans.Tried(Plan(plan, instance, packers), way, plans.Changed(**usual | outcome))
 
 
 def test_amounts_are_of_plans_that_stand_and_shares_of_all(real):
     own = [
         changed_plan(("A", "py3dbp"), 10, instance="i", left_out=2, volume_left_out=0.2, moved=3,
-                     distance_cm=30.0, seconds=2.0, label=label("done", 3)),
-        changed_plan(("py3dbp",), 6, instance="j", moved=1, distance_cm=50.0, retimed=2,
-                     label=label("unsettled")),
-        changed_plan(("py3dbp",), 4, instance="k", retimed=1, label=label("done")),
+                     distance_cm=30.0, seconds=2.0),
+        changed_plan(("py3dbp",), 6, instance="j", moved=1, distance_cm=50.0, retimed=2),
+        changed_plan(("py3dbp",), 4, instance="k", retimed=1),
         changed_plan(("py3dbp",), 20, instance="k", moved=2, distance_cm=0.0),
         changed_plan(("Packvium",), 20, instance="l", outcome="not repaired", moved=None,
                      distance_cm=None, retimed=None, seconds=9.0, stopped="time"),
@@ -431,7 +417,7 @@ def test_amounts_are_of_plans_that_stand_and_shares_of_all(real):
     others = [
         changed_plan(("py3dbp",), 5, instance="i", way=way) for way in Way if way is not Way.LEAVE
     ]
-    found = summarise(real, plans.AllTried(9, [*own, *others], "", {}))
+    found = summarise(real, plans.AllTried(9, [*own, *others], [], "", {}))
     row = found.leave
     assert (row.packer, row.plans, row.timeouts, row.unchanged) == (ALL, 5, 1, 0)
     assert (row.stands.value, row.whole.value) == (0.8, 0.6)
@@ -448,7 +434,45 @@ def test_amounts_are_of_plans_that_stand_and_shares_of_all(real):
     until = next(each for each in found.until if each.way is Way.LEAVE)
     assert (until.out, until.plans) == ([0.0, 0.0, 0.0, 20.0], 5)
     assert until.moved == pytest.approx([0.0, 10.0, 100 / 6, 30.0])
-    one = found.leave_label
-    assert (one.plans, one.labelled, one.no_label, one.unfinished) == (4, 2, 1, 1)
-    assert one.stands.value == 0.5
     assert as_csv(own).count("\n") == 1 + len(own)
+
+
+def answered(repaired, engine, stiff, soft, *, margin=3.0, chance=1.0, planned=True):
+    """Answers on a plan: None for one that has not come yet."""
+    firmness = confirming.Firmness(margin, planned, 1, chance, 0.1)
+    said = {confirming.STIFF: stiff, confirming.SOFT: soft}
+    return plans.Answers(
+        "p", 9, "i", repaired, firmness, dict.fromkeys(confirming.ENGINES, engine),
+        {title: one for title, one in said.items() if one is not None},
+    )  # fmt: skip
+
+
+def test_no_answer_is_no_yes_and_falls_by_soft_contacts_are_of_plans_that_stood(real):
+    yes, no = confirming.Judged("done", None), confirming.Judged("done", 3)
+    none = confirming.Judged("timeout", None)
+    answers = [
+        answered(True, yes, yes, no, margin=0.9, chance=0.94),
+        answered(True, none, yes, yes),
+        answered(True, no, no, no, margin=10.0, chance=0.95),
+        answered(True, yes, yes, none, margin=0.1, planned=False, chance=0.0),
+        answered(True, yes, yes, None, margin=None, planned=False),
+        answered(False, yes, yes, yes),
+    ]
+    one = changed_plan(("py3dbp",), 10, instance="i")
+    tried = [replace(one, way=way) for way in Way]
+    found = summarise(real, plans.AllTried(1, tried, answers, "", {}))
+    rows = {row.judge: row for row in found.by_judge}
+    dart, stiff, soft = (rows[name] for name in ("DART", confirming.STIFF, confirming.SOFT))
+    assert (dart.plans, dart.unknown, dart.stands.value) == (5, 1, 0.6)
+    assert (stiff.plans, stiff.unknown, stiff.stands.value) == (5, 0, 0.8)
+    assert (soft.plans, soft.unknown, soft.stands.value) == (4, 1, 0.25)
+    assert (soft.control_plans, soft.control_stands.value) == (1, 1.0)
+    assert found.unfinished == 1
+    assert (found.soft.value, found.soft.n) == (pytest.approx(2 / 3), 3)
+    assert (found.soft_controls.value, found.soft_controls.n) == (0.0, 1)
+    repaired, control = found.firm
+    assert (repaired.plans, repaired.as_planned, repaired.margin_cm) == (5, 3, 3.0)
+    assert repaired.close.value == pytest.approx(1 / 3)
+    assert repaired.firm.value == pytest.approx(3 / 5)
+    assert repaired.chance.value == pytest.approx((0.94 + 1 + 0.95 + 0 + 1) / 5)
+    assert (control.plans, control.firm.value) == (1, 1.0)

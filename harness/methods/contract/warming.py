@@ -7,9 +7,9 @@ from steadyload.methods.contract.method import Method
 
 
 def one_item() -> Layout:
-    """A layout of one item."""
-    item = Item(0, (0.0, 0.0, 0.0), (1.0, 1.0, 1.0), 1.0)
-    return Layout("first", Pallet(1.0, 1.0, 1.0), (item,))
+    """A layout of one item that is wide enough to stand whatever margin a method has."""
+    item = Item(0, (0.0, 0.0, 0.0), (100.0, 100.0, 100.0), 1.0)
+    return Layout("first", Pallet(100.0, 100.0, 100.0), (item,))
 
 
 def judge_one_item(method: Method) -> None:

@@ -1,35 +1,56 @@
-"""Verdicts of others than the judge on changed plans: of two engines, and of the reference."""
+"""Answers of independent judges on plans: of engines, and of the reference with two contacts."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+import zlib
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
+from steadyload.app.repairs import chance_to_stand
+from steadyload.labelling.close_steps import CloseSteps, StepVerdicts
 from steadyload.layouts.model.layout import Layout
+from steadyload.layouts.model.question import Question
 from steadyload.methods.contract.method import Status
+from steadyload.methods.equilibrium.margin import margin_of
 from steadyload.methods.registry import make_method
+from steadyload.methods.simulation import step_answers
 from steadyload.runs.methods_here import method_named
 from steadyload.runs.provenance import made_by
+from steadyload.statics.load_margin import MarginKind
 from steadyload.studies.kit import Asked
 
 ENGINES: Mapping[str, str] = {
     "Bullet": "ps_opt@bullet:question=stands",
     "MuJoCo": "ps_opt@mujoco:question=stands",
+    "DART": "ps_opt@dart:question=stands",
 }
-"""Simulations that judge changed plans, too, by their title."""
+"""Simulations that judge plans at every step, by title."""
 
-REFERENCE = "label@reference:question=stands"
-"""Simulation that labels the cases of the sets."""
+SECONDS = 60.0
+"""CPU time of their judgement, at most: what has no answer by then has none."""
+
+STIFF, SOFT = "reference, 1e9 N/m", "reference, 1e7 N/m"
+REFERENCES: Mapping[str, str] = {
+    STIFF: "label@reference",
+    SOFT: "label@reference:stiffness=1e7,most_rate=3e3",
+}
+"""The reference that labels the cases of the sets, and the same with contacts a hundredth as stiff,
+which throws of a real cube fit."""
+
+EARLIER = 3
+"""Steps before the last that the references judge, drawn at random."""
 
 
 @dataclass(frozen=True, slots=True)
-class Stands:
-    """A verdict on a changed plan.
+class Judged:
+    """The answer of a judge on a plan.
 
     Attributes:
         status: word of :class:`Status`.
-        failing_step: None where it stands.
+        failing_step: None where it stands, or without an answer.
     """
 
     status: str
@@ -37,78 +58,118 @@ class Stands:
 
     @property
     def stands(self) -> bool:
-        """Whether the plan stands."""
-        return self.status == Status.DONE and self.failing_step is None
+        """Whether the judge says so: no answer is no yes."""
+        return self.is_known and self.failing_step is None
+
+    @property
+    def is_known(self) -> bool:
+        """Whether there is an answer."""
+        return self.status == Status.DONE
 
 
-class EngineUnit(Asked[Stands], question="does a changed plan stand"):
-    """A changed plan, judged by a simulation."""
+class EngineUnit(Asked[Judged], question="does a plan stand"):
+    """A plan, judged by a simulation at every step.
 
-    layout: Layout
+    Attributes:
+        plan: to be judged.
+        method: spec of the simulation.
+        limit: see :data:`SECONDS`.
+        made_by: versions of what it rests on.
+    """
+
+    plan: Layout
     method: str
+    limit: float
     made_by: Mapping[str, str]
 
     def describe(self, part: int) -> str:
         """Description of the judgement for messages."""
-        return f"{self.method}: {self.layout.name}"
+        return f"{self.method}: {self.plan.name}"
 
-    def measure(self) -> Stands:
+    def measure(self) -> Judged:
         """Judge it."""
-        verdict = method_named(self.method).judge(self.layout)
-        return Stands(str(verdict.status), verdict.failing_step)
+        verdict = method_named(self.method).judge(self.plan, timeout=self.limit)
+        return Judged(str(verdict.status), verdict.failing_step)
 
 
 @dataclass(frozen=True, slots=True)
-class Labelled:
-    """The answer of the reference on a changed plan.
+class Firmness:
+    """How firmly a plan stands.
 
     Attributes:
-        status: word of :class:`Status`.
-        failing_step: None where it stands.
-        seconds: CPU time.
+        margin_cm: see :class:`steadyload.statics.load_margin.LoadMargin`; None without one.
+        as_planned: whether that is the margin of the plan itself.
+        step: at which it is smallest, from 0; None where it is nowhere small.
+        chance: see :func:`steadyload.app.repairs.chance_to_stand`.
+        seconds: CPU time of both.
     """
 
-    status: str
-    failing_step: int | None
+    margin_cm: float | None
+    as_planned: bool
+    step: int | None
+    chance: float
     seconds: float
 
-    @property
-    def settled(self) -> bool:
-        """Whether there is an answer."""
-        return self.status == Status.DONE
 
-    @property
-    def stands(self) -> bool:
-        """Whether the plan stands."""
-        return self.settled and self.failing_step is None
+class FirmnessUnit(Asked[Firmness], question="margin of a plan and its chance to stand"):
+    """A plan, measured by exact equilibrium.
 
+    Attributes:
+        plan: to be measured.
+        made_by: versions of equilibrium.
+    """
 
-class LabelUnit(Asked[Labelled], question="label of a changed plan", method=REFERENCE):
-    """A changed plan, judged at every step by the reference."""
-
-    layout: Layout
+    plan: Layout
     made_by: Mapping[str, str]
 
     def describe(self, part: int) -> str:
-        """Description of the labelling for messages."""
-        return f"label of {self.layout.name}, {len(self.layout)} boxes"
+        """Description of the measurement for messages."""
+        return f"margin of {self.plan.name}"
 
-    def measure(self) -> Labelled:
-        """Label it."""
-        method = method_named(REFERENCE)
-        method.prepare(len(self.layout))
+    def measure(self) -> Firmness:
+        """Measure it."""
         begun = time.process_time()
-        verdict = method.judge(self.layout)
-        return Labelled(str(verdict.status), verdict.failing_step, time.process_time() - begun)
+        margin, chance = margin_of(self.plan), chance_to_stand(self.plan)
+        seconds = time.process_time() - begun
+        if margin is None:
+            return Firmness(None, False, None, chance, seconds)
+        is_planned = margin.kind is MarginKind.AS_PLANNED
+        return Firmness(margin.cm, is_planned, margin.step, chance, seconds)
 
 
-def engine_units(layouts: list[Layout]) -> list[EngineUnit]:
-    """All of these layouts by all of :data:`ENGINES`, engine by engine."""
+def engine_units(plans: Sequence[Layout]) -> list[EngineUnit]:
+    """All of these plans by all of :data:`ENGINES`, engine by engine."""
     made = {spec: made_by(make_method(spec)) for spec in ENGINES.values()}
-    return [EngineUnit(each, spec, made[spec]) for spec in made for each in layouts]
+    return [EngineUnit(plan, spec, SECONDS, made[spec]) for spec in made for plan in plans]
 
 
-def label_units(layouts: list[Layout]) -> list[LabelUnit]:
-    """A unit a layout."""
-    made = made_by(make_method(REFERENCE))
-    return [LabelUnit(each, made) for each in layouts]
+def firmness_units(plans: Sequence[Layout]) -> list[FirmnessUnit]:
+    """A unit a plan."""
+    made = made_by(make_method("settling")) | made_by(make_method("equilibrium"))
+    return [FirmnessUnit(plan, made) for plan in plans]
+
+
+def reference_units(plans: Sequence[Layout], firmness: Sequence[Firmness]) -> list[CloseSteps]:
+    """All of these plans by all of :data:`REFERENCES`, plan by plan."""
+    made = {
+        spec: {**made_by(make_method(spec)), "version of answers": str(step_answers.VERSION)}
+        for spec in REFERENCES.values()
+    }
+    return [
+        CloseSteps(plan, spec, judged_steps(plan, own), made[spec])
+        for plan, own in zip(plans, firmness, strict=True)
+        for spec in made
+    ]
+
+
+def judged_steps(plan: Layout, firmness: Firmness) -> tuple[int, ...]:
+    """The steps that the references judge: the last, the narrowest, and earlier ones at random."""
+    last = len(plan) - 1
+    draw = np.random.default_rng(zlib.crc32(plan.name.encode()))
+    chosen = {last, *map(int, draw.permutation(last)[:EARLIER])}
+    return tuple(sorted(chosen if firmness.step is None else chosen | {firmness.step}))
+
+
+def judged(said: StepVerdicts) -> Judged:
+    """The answer of a reference to the question ``stands``."""
+    return Judged(*said.verdict(Question.STANDS))

@@ -19,15 +19,22 @@ from steadyload.reports.columns import (
     significant,
 )
 from steadyload.runs.labels import made_with
+from steadyload.statics.load_margin import CLOSE_CALL
 from steadyload.statistics.estimate import NOTHING, Estimate
 from steadyload.statistics.metrics import mean, ratio, share
 from steadyload.studies.packed_plans import PACKER_TITLES
-from steadyload.studies.repair.confirming import ENGINES
-from steadyload.studies.repair.plans import AllTried, Tried
+from steadyload.studies.repair.confirming import ENGINES, REFERENCES, SECONDS, SOFT, STIFF
+from steadyload.studies.repair.plans import AllTried, Answers, Tried
 from steadyload.studies.repair.ways import Way
 
 ALL = "all"
 """Plans of all packers together, each once."""
+
+GROUPS = ("repaired plans", "controls")
+"""Plans that independent judges judge."""
+
+FIRM = 0.95
+"""A plan with at least this chance to stand stands firmly."""
 
 
 @row
@@ -65,27 +72,31 @@ class Cost:
 
 
 @row
-class Confirmed:
-    """Changed plans that the judge confirms, judged by others."""
+class ByJudge:
+    """Plans that were repaired, boxes left out where that helps, and controls, by a judge that took
+    no part; no answer is no yes.
+    """
 
-    packer: str = column()
-    way: Way = column(left=True)
-    plans: int = column("n")
-    by_engine: Mapping[str, Estimate] = column("{}: stand %", percent)
-    by_both: Estimate = column("both %", percent)
+    judge: str = column()
+    plans: int = column("repaired n")
+    stands: Estimate = column("stand %", percent)
+    unknown: int = column("no answer")
+    control_plans: int = column("controls n")
+    control_stands: Estimate = column("stand %", percent)
+    control_unknown: int = column("no answer")
 
 
 @row
-class ByLabel:
-    """Changed plans that the judge confirms, by their label as far as they have one."""
+class Firm:
+    """Margins of plans, and chances to stand where each centre of mass is off by 5 mm (s.d.)."""
 
-    packer: str = column()
-    way: Way = column(left=True)
+    which: str = column("plans")
     plans: int = column("n")
-    labelled: int = column()
-    no_label: int = column("no label", about="something still moves in the end, or no end")
-    unfinished: int = column("not labelled yet")
-    stands: Estimate = column("stand %", percent, "of those with a label")
+    as_planned: int = column("balance as planned", about="n; margins are of these")
+    margin_cm: float | None = column("margin cm, median", general)
+    close: Estimate = column("below 1 cm %", percent)
+    chance: Estimate = column("chance to stand %", percent, "on average")
+    firm: Estimate = column("chance 95 % or more %", percent, "of all")
 
 
 @row
@@ -110,8 +121,11 @@ class Found:
     judges: Sequence[str]
     shares: Sequence[Shares]
     costs: Sequence[Cost]
-    confirmed: Sequence[Confirmed]
-    by_label: Sequence[ByLabel]
+    by_judge: Sequence[ByJudge]
+    firm: Sequence[Firm]
+    soft: Estimate
+    soft_controls: Estimate
+    unfinished: int
     until: Sequence[Until]
     not_installed: str
     made_with: Mapping[str, str]
@@ -158,14 +172,9 @@ class Found:
         return [each for each in self.by_packer if each.way is Way.LEAVE]
 
     @property
-    def leave_confirmed(self) -> Confirmed | None:
-        """All plans by the repair that may leave boxes out, judged by others; None for none."""
-        return next((each for each in self.confirmed if self._is_leave(each)), None)
-
-    @property
-    def leave_label(self) -> ByLabel | None:
-        """Likewise by their labels."""
-        return next((each for each in self.by_label if self._is_leave(each)), None)
+    def seconds(self) -> float:
+        """CPU time that an engine may take to judge a plan."""
+        return SECONDS
 
     @property
     def leave_cost(self) -> Cost:
@@ -186,14 +195,11 @@ class Found:
     def _of(self, way: Way) -> Shares:
         return next(each for each in self.all if each.way is way)
 
-    @staticmethod
-    def _is_leave(one: Confirmed | ByLabel) -> bool:
-        return (one.packer, one.way) == (ALL, Way.LEAVE)
-
 
 def summarise(benchmark: Benchmark, found: AllTried) -> Found:
     """Shares and amounts by way and packer; every interval resamples published instances."""
-    tried = found.tried
+    tried, answers = found.tried, found.answers
+    groups = [[one for one in answers if one.repaired is repaired] for repaired in (True, False)]
     sizes = [len(one.plan.layout) for one in tried]
     return Found(
         plans=len({one.plan.layout.name for one in tried}),
@@ -204,8 +210,11 @@ def summarise(benchmark: Benchmark, found: AllTried) -> Found:
         judges=list(dict.fromkeys(one.changed.judge for one in tried)),
         shares=[_shares(*each) for each in _groups(tried)],
         costs=list(_costs(tried, sizes)),
-        confirmed=[_confirmed(*each) for each in _groups(_standing(tried))],
-        by_label=[_by_label(*each) for each in _groups(_standing(tried))],
+        by_judge=[_by_judge(title, *groups) for title in (*ENGINES, *REFERENCES)],
+        firm=[_firm(which, own) for which, own in zip(GROUPS, groups, strict=True) if own],
+        soft=_soft(groups[0]),
+        soft_controls=_soft(groups[1]),
+        unfinished=sum(len(one.references) < len(REFERENCES) for one in answers),
         until=[_until(way, own) for packer, way, own in _groups(tried) if packer == ALL],
         not_installed=found.not_installed,
         made_with={**made_with(benchmark), **found.made_with},
@@ -285,28 +294,42 @@ def _costs(tried: Sequence[Tried], sizes: Sequence[int]) -> Iterator[Cost]:
                 )  # fmt: skip
 
 
-def _confirmed(packer: str, way: Way, own: list[Tried]) -> Confirmed:
-    lists = _lists(own)
-    return Confirmed(
-        packer,
-        way,
-        len(own),
-        {title: share([one.engines[title].stands for one in own], lists) for title in ENGINES},
-        share([all(said.stands for said in one.engines.values()) for one in own], lists),
+def _by_judge(title: str, repaired: Sequence[Answers], others: Sequence[Answers]) -> ByJudge:
+    own, control = (
+        [(said, one.instance) for one in group
+         if (said := {**one.engines, **one.references}.get(title)) is not None]
+        for group in (repaired, others)
+    )  # fmt: skip
+    values = [
+        (len(group), share([said.stands for said, _ in group], [each for _, each in group]),
+         sum(not said.is_known for said, _ in group))
+        for group in (own, control)
+    ]  # fmt: skip
+    return ByJudge(title, *values[0], *values[1])
+
+
+def _firm(which: str, own: Sequence[Answers]) -> Firm:
+    lists = [one.instance for one in own]
+    planned = [(one.firmness.margin_cm, one.instance) for one in own if one.firmness.as_planned]
+    margins = [margin for margin, _ in planned if margin is not None]
+    chances = [one.firmness.chance for one in own]
+    return Firm(
+        which=which,
+        plans=len(own),
+        as_planned=len(planned),
+        margin_cm=float(np.median(margins)) if margins else None,
+        close=share([margin < CLOSE_CALL for margin in margins], [each for _, each in planned]),
+        chance=mean(chances, lists),
+        firm=share([chance >= FIRM for chance in chances], lists),
     )
 
 
-def _by_label(packer: str, way: Way, own: list[Tried]) -> ByLabel:
-    labels = [(one.label, one.plan.instance) for one in own if one.label is not None]
-    settled = [(label, instance) for label, instance in labels if label.settled]
-    return ByLabel(
-        packer,
-        way,
-        len(own),
-        labelled=len(settled),
-        no_label=len(labels) - len(settled),
-        unfinished=len(own) - len(labels),
-        stands=share([label.stands for label, _ in settled], [each for _, each in settled]),
+def _soft(own: Sequence[Answers]) -> Estimate:
+    """Plans that fall by the softer reference, of those that stand by the stiffer one."""
+    both = [one for one in own if len(one.references) == len(REFERENCES)]
+    stood = [one for one in both if one.references[STIFF].stands]
+    return share(
+        [not one.references[SOFT].stands for one in stood], [one.instance for one in stood]
     )
 
 
@@ -323,8 +346,7 @@ def _until(way: Way, own: list[Tried]) -> Until:
 COLUMNS = (
     "packers", "plan", "boxes", "way", "outcome", "judge", "failing_step_before", "boxes_left_out",
     "volume_left_out_share", "boxes_moved", "distance_cm", "boxes_loaded_at_another_time",
-    "order_alone", "cpu_s", "stopped", *(f"stands_by_{title.lower()}" for title in ENGINES),
-    "label_status", "label_failing_step",
+    "order_alone", "cpu_s", "stopped",
 )  # fmt: skip
 """Header of the file of all plans."""
 
@@ -335,7 +357,7 @@ def as_csv(tried: Sequence[Tried]) -> str:
     lines = csv.writer(text, lineterminator="\n")
     lines.writerow(COLUMNS)
     for one in tried:
-        changed, label = one.changed, one.label
+        changed = one.changed
         values = [
             "; ".join(one.plan.packers), changed.plan, len(one.plan.layout), changed.way,
             changed.outcome, changed.judge, changed.step_before,
@@ -348,8 +370,6 @@ def as_csv(tried: Sequence[Tried]) -> str:
             None if changed.distance_cm is None else f"{changed.distance_cm:.1f}",
             changed.retimed, changed.by_order_alone if changed.stands else None,
             f"{changed.seconds:.3f}", changed.stopped,
-            *(one.engines[title].stands if one.engines else None for title in ENGINES),
-            label and label.status, label and label.failing_step,
         ]  # fmt: skip
         lines.writerow(["" if value is None else value for value in values])
     return text.getvalue()

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+import zlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import pandas as pd
 
 from steadyload.app.check_defaults import default_method
+from steadyload.labelling.close_steps import StepVerdicts
 from steadyload.layouts.benchmark.dataset import Benchmark
 from steadyload.layouts.benchmark.tables import BenchmarkError
 from steadyload.layouts.model.layout import Layout
@@ -16,20 +20,26 @@ from steadyload.studies.kit import Lab
 from steadyload.studies.packed_plans import plans_of
 from steadyload.studies.repair.confirming import (
     ENGINES,
-    Labelled,
-    Stands,
+    REFERENCES,
+    Firmness,
+    Judged,
     engine_units,
-    label_units,
+    firmness_units,
+    judged,
+    reference_units,
 )
 from steadyload.studies.repair.ways import Changed, ChangeUnit, Way, rests_on
 
 OF_LARGE = 3.0
 """Times the CPU time that a search on a plan of more than :data:`.MOST_SMALL` boxes may take."""
 
+ONE_IN = 3
+"""Of so many failing plans one has a control."""
+
 
 @dataclass(frozen=True)
-class Failing:
-    """A plan that fails by the label of at least one question.
+class Plan:
+    """A plan with a label.
 
     Attributes:
         layout: the plan, centres of mass in the middle of its boxes.
@@ -44,21 +54,40 @@ class Failing:
 
 @dataclass(frozen=True)
 class Tried:
-    """A plan, changed in a way, and what others say of that.
+    """A plan, changed in a way.
 
     Attributes:
         plan: as it was.
         way: of changing it.
         changed: the outcome.
-        engines: verdicts by title of the engine; empty where the judge confirms none.
-        label: None where the judge confirms none, or the reference has not come to it.
     """
 
-    plan: Failing
+    plan: Plan
     way: Way
     changed: Changed
-    engines: Mapping[str, Stands] = field(default_factory=dict)
-    label: Labelled | None = None
+
+
+@dataclass(frozen=True)
+class Answers:
+    """Answers of independent judges on a plan that stands by the judge, or by its label.
+
+    Attributes:
+        name: of the plan.
+        boxes: their number.
+        instance: published instance of its item list.
+        repaired: whether it was repaired; else it is a control.
+        firmness: its margin and its chance to stand.
+        engines: by title.
+        references: by title, as far as these have come.
+    """
+
+    name: str
+    boxes: int
+    instance: str
+    repaired: bool
+    firmness: Firmness
+    engines: Mapping[str, Judged]
+    references: Mapping[str, Judged]
 
 
 @dataclass(frozen=True)
@@ -68,18 +97,21 @@ class AllTried:
     Attributes:
         labelled: plans with a label, of which some fail.
         tried: plan by plan, from the smallest one on.
+        answers: on plans that were repaired with boxes left out where that helps, and on controls.
         not_installed: why a packer does not pack again; empty where it does.
         made_with: provenance of the changed plans.
     """
 
     labelled: int
     tried: Sequence[Tried]
+    answers: Sequence[Answers]
     not_installed: str
     made_with: Mapping[str, str]
 
 
-def failing_plans(benchmark: Benchmark) -> tuple[list[Failing], int]:
-    """Plans of scenario S1 that fail, the smallest first, and how many have a label.
+def plans_by_label(benchmark: Benchmark) -> tuple[list[Plan], list[Plan], int]:
+    """Plans of scenario S1 that fail, those that stand, the smallest first, and how many have a
+    label.
 
     Raises:
         BenchmarkError: none fails.
@@ -87,21 +119,45 @@ def failing_plans(benchmark: Benchmark) -> tuple[list[Failing], int]:
     plans = plans_of(benchmark)
     main = plans[(plans["scenario"] == str(Scenario.S1)) & plans["is_known"]]
     fails = (main["settled"] & ~main["stands"]) | (main["labelled"] & ~main["within"])
-    failing = main[fails].sort_values(["items", "layout"], kind="stable")
-    if failing.empty:
+    stands = main["settled"] & main["stands"] & main["labelled"] & main["within"]
+    if not fails.any():
         raise BenchmarkError(
             "no plan of a packer in this set fails by its label; allowed: a set of benchmark "
             "build-real that is labelled, at least in part"
         )
-    found = [
-        Failing(
+    failing, standing = (_plans(benchmark, main[chosen]) for chosen in (fails, stands))
+    return failing, standing, main["layout"].nunique()
+
+
+def _plans(benchmark: Benchmark, rows: pd.DataFrame) -> list[Plan]:
+    rows = rows.sort_values(["items", "layout"], kind="stable")
+    return [
+        Plan(
             benchmark.layout(str(name), str(Scenario.S1)),
             str(own["instance"].iloc[0]),
             tuple(own["packer"]),
         )
-        for name, own in failing.groupby("layout", sort=False)
+        for name, own in rows.groupby("layout", sort=False)
     ]
-    return found, main["layout"].nunique()
+
+
+def controls(failing: Sequence[Plan], standing: Sequence[Plan]) -> list[Plan]:
+    """Plans that stand, of the packers and about the sizes of those that fail, each once.
+
+    Args:
+        failing: the smallest first; of these every :data:`ONE_IN` has a control.
+        standing: to choose from.
+    """
+    packers = {packer for plan in failing for packer in plan.packers}
+    left = [plan for plan in standing if packers.intersection(plan.packers)]
+    left.sort(key=lambda plan: zlib.crc32(plan.layout.name.encode()))
+    chosen = []
+    for plan in failing[::ONE_IN]:
+        if left:
+            nearest = min(left, key=lambda one: abs(len(one.layout) - len(plan.layout)))
+            left.remove(nearest)
+            chosen.append(nearest)
+    return chosen
 
 
 def try_all(
@@ -114,13 +170,14 @@ def try_all(
         benchmark: a labelled set of real size.
         seconds: CPU time that a search may take; :data:`OF_LARGE` times it for a large plan.
         limit: plans at most, the smallest ones; None for all.
-        reference: label the changed plans that have no label yet; else only those count that have.
+        reference: have the references judge what they have not come to; else only what they have
+            judged counts.
 
     Raises:
         BenchmarkError: no plan fails.
         ResultsError: another run is at work in the folder.
     """
-    failing, labelled = failing_plans(benchmark)
+    failing, standing, labelled = plans_by_label(benchmark)
     failing = failing[:limit]
     ways, not_installed = list(Way), ""
     try:
@@ -138,34 +195,41 @@ def try_all(
     ]
     changed, made_with = lab.measure([unit for *_, unit in asked], Changed, folder="changed")
     tried = [Tried(plan, way, row) for (plan, way, _), row in zip(asked, changed, strict=True)]
-    return AllTried(labelled, list(_confirmed(lab, tried, reference)), not_installed, made_with)
+    repaired = [
+        replace(one.plan, layout=one.changed.layout(one.plan.layout.pallet))
+        for one in tried
+        if one.way is Way.LEAVE and one.changed.stands
+    ]
+    answers = [
+        *_answers(lab, repaired, True, reference),
+        *_answers(lab, controls(failing, standing), False, reference),
+    ]
+    return AllTried(labelled, tried, answers, not_installed, made_with)
 
 
-def _confirmed(lab: Lab, tried: Sequence[Tried], reference: bool) -> Iterator[Tried]:
-    """Each of these, with the verdicts of others."""
-    layouts = {
-        place: one.changed.layout(one.plan.layout.pallet)
-        for place, one in enumerate(tried)
-        if one.changed.stands
-    }
-    engines = engine_units(list(layouts.values()))
-    said = lab.measure(engines, Stands, folder="engines", parallel=True).rows if engines else []
-    titles = {spec: title for title, spec in ENGINES.items()}
-    verdicts: dict[int, dict[str, Stands]] = {}
-    for place, unit, verdict in zip([*layouts] * len(ENGINES), engines, said, strict=True):
-        verdicts.setdefault(place, {})[titles[unit.method]] = verdict
-    labels = _labels(lab, layouts, [one.way for one in tried], reference)
-    for place, one in enumerate(tried):
-        yield Tried(one.plan, one.way, one.changed, verdicts.get(place, {}), labels.get(place))
-
-
-def _labels(
-    lab: Lab, layouts: Mapping[int, Layout], ways: Sequence[Way], reference: bool
-) -> dict[int, Labelled]:
-    """Labels of changed plans by their places, those that are there or are made now, by way."""
-    units = dict(zip(layouts, label_units(list(layouts.values())), strict=True))
-    if reference and units:
-        ordered = [units[place] for way in Way for place in units if ways[place] is way]
-        lab.measure(ordered, Labelled, folder="labels", parallel=True)
-    found = lab.so_far(list(units.values()), Labelled, folder="labels")
-    return {place: one for place, one in zip(units, found, strict=True) if one is not None}
+def _answers(lab: Lab, plans: Sequence[Plan], repaired: bool, reference: bool) -> list[Answers]:
+    """Of all judges on plans."""
+    if not plans:
+        return []
+    layouts = [plan.layout for plan in plans]
+    firmness = lab.measure(
+        firmness_units(layouts), Firmness, folder="firmness", parallel=True
+    ).rows  # fmt: skip
+    said = lab.measure(engine_units(layouts), Judged, folder="engines", parallel=True).rows
+    by_engine = [said[k * len(plans) : (k + 1) * len(plans)] for k in range(len(ENGINES))]
+    units = reference_units(layouts, firmness)
+    if reference:
+        lab.measure(units, StepVerdicts, folder="references", parallel=True)
+    so_far = lab.so_far(units, StepVerdicts, folder="references")
+    return [
+        Answers(
+            plan.layout.name, len(plan.layout), plan.instance, repaired, firmness[place],
+            {title: by_engine[k][place] for k, title in enumerate(ENGINES)},
+            {
+                title: judged(own)
+                for k, title in enumerate(REFERENCES)
+                if (own := so_far[place * len(REFERENCES) + k]) is not None
+            },
+        )
+        for place, plan in enumerate(plans)
+    ]  # fmt: skip

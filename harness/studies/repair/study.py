@@ -28,8 +28,8 @@ class RepairStudy(Study["Found"]):
     )
     reference: bool = option(
         False,
-        "judge changed plans by the reference, too, where that is missing: seconds each up to "
-        "60 boxes",
+        "have the reference judge what it has not come to: seconds a plan up to 60 boxes, minutes "
+        "above",
     )
     limit: int | None = option(
         None, "repair only so many plans, the smallest (default: all)", least=1, metavar="N"
