@@ -19,6 +19,7 @@ from steadyload.methods.registry import make_method
 from steadyload.reports.table import percent
 from steadyload.runs.pool import IN_THIS_PROCESS
 from steadyload.runs.verdict_reliability import Sampling
+from steadyload.statics.load_margin import margin_as_planned
 from steadyload.studies.kit import Lab
 from steadyload.studies.uncertain import sampling
 from steadyload.studies.uncertain.cases import Question, Unit, sample_unit
@@ -195,6 +196,21 @@ def test_numbers_follow_from_samples(benchmark, assert_shown):
     assert found.check.farthest == pytest.approx(15.0)
     assert [own.changed.value for own in found.alone] == pytest.approx([0.75, 0.0])
     assert found.strongest == found.alone[0]
+    shares = {}
+    for one, stands in ((whole, 1.0), (other, 0.75)):
+        if (margin := margin_as_planned(benchmark.layout(one.layout, "S1"))) is None:
+            continue
+        edges = (0.0, 0.1, 0.25, 0.5, 1.0, 2.0, 3.0, 5.0, 10.0)
+        low = max(edge for edge in edges if margin.cm >= edge)
+        shares.setdefault(low, []).append(stands)
+    assert shares
+    assert {float(own.margin.split()[0]): own.stands.n for own in found.worth} == {
+        low: len(own) for low, own in shares.items()
+    }
+    for own in found.worth:
+        here = shares[float(own.margin.split()[0])]
+        assert own.stands.value == pytest.approx(np.mean(here))
+        assert (own.least, own.firm.value) == (min(here), np.mean([one >= 0.95 for one in here]))
     assert_shown(
         Uncertain(),
         found,
@@ -202,8 +218,9 @@ def test_numbers_follow_from_samples(benchmark, assert_shown):
         tables=[
             *([found.rows] * 3),
             *(found.alone, found.calibrated, found.abstaining, found.bins, found.check.rows),
+            found.worth,
         ],
-        charts=["reliability", "risk"],
+        charts=["reliability", "risk", "margins"],
     )
 
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from operator import attrgetter
 
 import numpy as np
@@ -31,6 +32,7 @@ from steadyload.reports.columns import (
 from steadyload.runs.accuracy import verdicts_against_labels
 from steadyload.runs.comparison import detectable, difference
 from steadyload.runs.costs import CostKind, CostSource
+from steadyload.statics.load_margin import MOST, margin_as_planned
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import mean, ratio, share
 from steadyload.statistics.reliability import abstention, reliability
@@ -50,6 +52,9 @@ FEW = 10
 
 UNSURE = (0.05, 0.95)
 """Range of probabilities of standing in which a case counts as unsure."""
+
+_MARGINS = (0.0, 0.1, 0.25, 0.5, 1.0, 2.0, 3.0, 5.0, MOST, math.inf)
+"""Edges of classes of margins [cm]."""
 
 _BINS = (0.0, UNSURE[0], 0.35, 0.65, UNSURE[1], 1.0)
 """Edges of bins; few cases are unsure, so that bins of equal width would be nearly empty."""
@@ -118,6 +123,16 @@ class Checked:
 
 
 @row
+class Worth:
+    """Probability that plans of about one margin stand."""
+
+    margin: str = column("margin cm")
+    stands: Estimate = column("P %", percent, "on average")
+    firm: Estimate = column("P 95 % or more %", percent, "share of plans")
+    least: float = column("least P %", plain_percent)
+
+
+@row
 class Check:
     """Comparison of probabilities with those of ``random`` random samples a layout.
 
@@ -168,6 +183,7 @@ class Found:
     calibrated: Sequence[Calibrated]
     abstaining: Sequence[Abstaining]
     check: Check | None
+    worth: Sequence[Worth]
     made_with: Mapping[str, str]
     costs: str = CostSource(CostKind.JUDGING).explained()
     few: int = FEW
@@ -175,7 +191,7 @@ class Found:
     @property
     def first(self) -> Judged | None:
         """The most accurate of the methods that were asked of most cases."""
-        return max(self.rows, key=lambda one: (one.plan.n, one.plan.value), default=None)
+        return max(self.rows, key=_rank, default=None)
 
     @property
     def strongest(self) -> Alone | None:
@@ -186,6 +202,10 @@ class Found:
     def bins(self) -> list[Bin]:
         """All bins of :attr:`calibrated`."""
         return [one for own in self.calibrated for one in own.bins]
+
+
+def _rank(judged: Judged) -> tuple[int, float]:
+    return judged.plan.n, judged.plan.value
 
 
 def summarise(
@@ -204,6 +224,8 @@ def summarise(
     keys = {spec: method_key(make_method(spec)) for spec in (*sampled.methods, alone_method, CHECK)}
     every = {keys[spec]: _Cases(table, labels) for spec, table in sampled.methods.items()}
     heard = {key: cases for key, cases in every.items() if cases.judged.any()}
+    rows = [_row(key, cases) for key, cases in heard.items()]
+    first = max(rows, key=_rank, default=None)
     given = [row for key, cases in heard.items() for row in cases.calibrated(key.title)]
     check = None
     if len(sampled.check):
@@ -217,15 +239,32 @@ def summarise(
         half_width=SAMPLING.half_width,
         most=SAMPLING.looks[-1],
         item_lists=len({name for cases in every.values() for name in cases.lists}),
-        rows=[_row(key, cases) for key, cases in heard.items()],
+        rows=rows,
         silent=[key.title for key in every if key not in heard],
         alone_method=keys[alone_method],
         alone=[_alone(what, _Cases(table, labels)) for what, table in sampled.alone.items()],
         calibrated=given,
         abstaining=[cases.abstaining(key.title) for key, cases in heard.items()],
         check=check,
+        worth=[] if first is None else list(_worth(heard[first.method])),
         made_with=made_with,
     )
+
+
+def _worth(cases: _Cases) -> Iterator[Worth]:
+    """Probabilities of standing over the margin, of plans that have one as planned."""
+    benchmark, margins = load_benchmark(SET), []
+    for case, judged in zip(cases.table[KEYS].itertuples(index=False), cases.judged, strict=True):
+        margin = margin_as_planned(benchmark.layout(case.layout, case.scenario))
+        margins.append(margin.cm if margin is not None and judged else math.nan)
+    for low, high in itertools.pairwise(_MARGINS):
+        here = (np.array(margins) >= low) & (np.array(margins) < high)
+        if here.any():
+            stands, lists = cases.stands[here], cases.lists[here]
+            title = f"{low:g} to {high:g}" if math.isfinite(high) else f"{low:g} or more"
+            yield Worth(
+                title, mean(stands, lists), share(stands >= UNSURE[1], lists), float(stands.min())
+            )
 
 
 def _labels(asked: str) -> pd.DataFrame:
