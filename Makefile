@@ -20,7 +20,7 @@ TEST := $(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 # Tests start many processes, each of which would compile all sources anew.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help study test test-deep fuzz lint types lock bench benchmark planar lists choosing docs site clean pages pin
+.PHONY: help study test test-deep fuzz mutants lint types lock bench benchmark planar lists choosing docs site clean pages pin
 
 help: ## list these targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-10s %s\n", $$1, $$2}'
@@ -61,6 +61,11 @@ fuzz: $(READY) ## read N mutated files of every format, from SEED; PUBLISH=1 put
 test-deep: $(READY) ## run the tests that take minutes, and those of optional engines; SHARE=K/N the K-th of N shares
 	@$(BIN)/steadyload warm-up
 	$(TEST) -m deep $(if $(PERTURB),--perturb $(PERTURB)) $(if $(SHARE),--share $(SHARE))
+
+COUNT ?= 100
+
+mutants: $(READY) ## plant COUNT one-line faults by SEED, and tell which the tests of their rooms catch; ROOM=FOLDER of one alone
+	$(BIN)/python tests/mutants/mutants.py --count $(COUNT) --seed $(SEED) $(if $(ROOM),--room $(ROOM))
 
 lint: $(READY) ## check style
 	$(BIN)/ruff check .

@@ -317,8 +317,8 @@ ASKED = {
     ),
     FirmnessUnit: (
         FirmnessUnit(ONE, MADE),
-        {"question": "margin of a plan and its chance to stand"},
-        "c19665491dc762932a85",
+        {"question": "margin of a plan and its chance to stand", "gaps_cm": 2.0},
+        "c4f6c3d419372408a232",
     ),
     RecordUnit: (
         RecordUnit(RECORD, 0, MADE),

@@ -9,10 +9,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from steadyload.app.check_defaults import GAPS_CM
 from steadyload.app.repairs import chance_to_stand
 from steadyload.labelling.close_steps import CloseSteps, StepVerdicts
 from steadyload.layouts.model.layout import Layout
 from steadyload.layouts.model.question import Question
+from steadyload.layouts.model.snapping import snap
 from steadyload.methods.contract.method import Status
 from steadyload.methods.equilibrium.margin import margin_of
 from steadyload.methods.registry import make_method
@@ -29,7 +31,7 @@ ENGINES: Mapping[str, str] = {
 }
 """Simulations that judge plans at every step, by title."""
 
-SECONDS = 60.0
+SECONDS = 30.0
 """CPU time of their judgement, at most: what has no answer by then has none."""
 
 STIFF, SOFT = "reference, 1e9 N/m", "reference, 1e7 N/m"
@@ -94,7 +96,7 @@ class EngineUnit(Asked[Judged], question="does a plan stand"):
 
 @dataclass(frozen=True, slots=True)
 class Firmness:
-    """How firmly a plan stands.
+    """How firmly a plan stands, small gaps closed.
 
     Attributes:
         margin_cm: see :class:`steadyload.statics.load_margin.LoadMargin`; None without one.
@@ -111,8 +113,10 @@ class Firmness:
     seconds: float
 
 
-class FirmnessUnit(Asked[Firmness], question="margin of a plan and its chance to stand"):
-    """A plan, measured by exact equilibrium.
+class FirmnessUnit(
+    Asked[Firmness], question="margin of a plan and its chance to stand", gaps_cm=GAPS_CM
+):
+    """A plan, its gaps of up to :data:`GAPS_CM` closed, measured by exact equilibrium.
 
     Attributes:
         plan: to be measured.
@@ -128,8 +132,8 @@ class FirmnessUnit(Asked[Firmness], question="margin of a plan and its chance to
 
     def measure(self) -> Firmness:
         """Measure it."""
-        begun = time.process_time()
-        margin, chance = margin_of(self.plan), chance_to_stand(self.plan)
+        begun, closed = time.process_time(), snap(self.plan, GAPS_CM)
+        margin, chance = margin_of(closed), chance_to_stand(closed)
         seconds = time.process_time() - begun
         if margin is None:
             return Firmness(None, False, None, chance, seconds)
