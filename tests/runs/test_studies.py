@@ -22,6 +22,7 @@ from steadyload.layouts.packing.packing import random_layouts
 from steadyload.methods import Status
 from steadyload.methods.contract.method import judge
 from steadyload.methods.registry import make_method
+from steadyload.runs import runner
 from steadyload.runs.definition import StudyDefinition, StudyError, load_study
 from steadyload.runs.kept_only import NotKeptError, kept_only
 from steadyload.runs.results import (
@@ -389,3 +390,17 @@ def test_a_run_goes_on_with_units_of_the_size_it_was_begun_with(
     assert load_manifest(tmp_path / "new")["cases_a_unit"] == 20
     assert len(list((tmp_path / "new" / "results").iterdir())) == 3
     pd.testing.assert_frame_equal(*(verdicts(at) for at in (folder, tmp_path / "new")))
+
+
+@pytest.mark.parametrize(
+    ("before", "now", "machines"),
+    [
+        ({}, "A", "A"),
+        ({"machine": "A"}, "A", "A"),
+        ({"machine": "A"}, "B", "A; B"),
+        ({"machine": "A; B"}, "A", "B; A"),
+        ({"machine": "A; B"}, "C", "A; B; C"),
+    ],
+)
+def test_a_manifest_names_all_machines_of_its_verdicts(before, now, machines):
+    assert runner._machines(before, now) == machines
