@@ -473,6 +473,6 @@ def test_no_answer_is_no_yes_and_falls_by_soft_contacts_are_of_plans_that_stood(
     repaired, control = found.firm
     assert (repaired.plans, repaired.as_planned, repaired.margin_cm) == (5, 3, 3.0)
     assert repaired.close.value == pytest.approx(1 / 3)
-    assert repaired.firm.value == pytest.approx(3 / 5)
-    assert repaired.chance.value == pytest.approx((0.94 + 1 + 0.95 + 0 + 1) / 5)
+    assert repaired.firm.value == pytest.approx(2 / 3)
+    assert repaired.chance.value == pytest.approx((0.94 + 1 + 0.95) / 3)
     assert (control.plans, control.firm.value) == (1, 1.0)

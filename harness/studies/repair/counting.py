@@ -92,11 +92,11 @@ class Firm:
 
     which: str = column("plans")
     plans: int = column("n")
-    as_planned: int = column("balance as planned", about="n; margins are of these")
+    as_planned: int = column("balance as planned", about="n; what follows is of these")
     margin_cm: float | None = column("margin cm, median", general)
     close: Estimate = column("below 1 cm %", percent)
     chance: Estimate = column("chance to stand %", percent, "on average")
-    firm: Estimate = column("chance 95 % or more %", percent, "of all")
+    firm: Estimate = column("chance 95 % or more %", percent)
 
 
 @row
@@ -309,16 +309,16 @@ def _by_judge(title: str, repaired: Sequence[Answers], others: Sequence[Answers]
 
 
 def _firm(which: str, own: Sequence[Answers]) -> Firm:
-    lists = [one.instance for one in own]
-    planned = [(one.firmness.margin_cm, one.instance) for one in own if one.firmness.as_planned]
-    margins = [margin for margin, _ in planned if margin is not None]
-    chances = [one.firmness.chance for one in own]
+    planned = [one for one in own if one.firmness.as_planned]
+    lists = [one.instance for one in planned]
+    margins = [one.firmness.margin_cm or 0.0 for one in planned]
+    chances = [one.firmness.chance for one in planned]
     return Firm(
         which=which,
         plans=len(own),
         as_planned=len(planned),
-        margin_cm=float(np.median(margins)) if margins else None,
-        close=share([margin < CLOSE_CALL for margin in margins], [each for _, each in planned]),
+        margin_cm=float(np.median(margins)) if planned else None,
+        close=share([margin < CLOSE_CALL for margin in margins], lists),
         chance=mean(chances, lists),
         firm=share([chance >= FIRM for chance in chances], lists),
     )
