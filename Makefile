@@ -64,7 +64,7 @@ test-deep: $(READY) ## run the tests that take minutes, and those of optional en
 
 COUNT ?= 100
 
-mutants: $(READY) ## plant COUNT one-line faults by SEED, and tell which the tests of their rooms catch; ROOM=FOLDER of one alone
+mutants: $(READY) ## plant COUNT one-line faults by SEED, and count those that the tests of their rooms catch; ROOM=FOLDER of one alone
 	$(BIN)/python tests/mutants/mutants.py --count $(COUNT) --seed $(SEED) $(if $(ROOM),--room $(ROOM))
 
 lint: $(READY) ## check style

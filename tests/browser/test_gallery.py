@@ -277,7 +277,7 @@ def test_a_card_plays_the_plan_and_its_repair(browser, tmp_path):
     browser("Page.navigate", url=path.resolve().as_uri())
     waits(browser, "window.ready === true")
     facts = browser.value("document.querySelectorAll('.facts')[1].textContent")
-    assert "repair: stands: " in facts
+    assert "repair: stands, by " in facts
     frame = "document.querySelector('dialog iframe')"
     inside = f"{frame}?.contentWindow"
     browser.value("document.querySelectorAll('button.card')[1].click()")

@@ -102,13 +102,14 @@ def test_a_row_a_pallet_and_counts_that_fit_eighty_columns(run):
                  id_="an id that is long enough to fill a whole column by itself")  # fmt: skip
     status, out, _ = run([STANDING, FALLING, long])
     lines = out.splitlines()
-    header, first, second, third, fault, remedy, full, _, _, _, accuracy, by, last = lines
+    header, first, second, third, whole, fault, remedy, full, _, _, accuracy, by, last = lines
     assert status == 1
     assert header.split() == ["pallet", "boxes", "accuracy", "answer"]
     assert " ".join(first.split()) == "stands 2 98 % stands, by 10 cm or more"
     assert by == BY
     assert "fails at box 2 of 2: SKU-2002 tips to" in second
     assert third.startswith("a name that is fa...")
+    assert whole == "falls: fails at box 2 of 2: SKU-2002 tips to +x, 1.5 cm"
     assert full.endswith("to fill a whole column by itself tips to +x, 1.5 cm")
     assert last == f"3 pallets: 1 stand, 2 fail ({DEFAULT})"
     assert max(map(len, (header, first, second, third, last))) <= 80

@@ -136,10 +136,12 @@ def test_firmness_and_disputes(found):
 
 def test_half_an_ensemble_makes_no_label_robust(tmp_path):
     said = [o for o in opinions("A", None, None) if o["reason"] != "model"]
-    found = written(tmp_path / "set", [row("A", 2, "one")], [case("A", 2, None)], said)
-    assert found.confidence["robust"].isna().all()
-    assert found.confidence["confidence"].tolist() == [1.0]
-    assert summarise(found).firmness == []
+    rows, cases = [row("A", 2, "one"), row("B", 2, "two")], [case("A", 2, None), case("B", 2, None)]
+    found = written(tmp_path / "set", rows, cases, [*said, *opinions("B", None, None)])
+    assert found.confidence["robust"].isna().tolist() == [True, False]
+    assert found.confidence["confidence"].tolist() == [1.0, 1.0]
+    [firm] = summarise(found).firmness
+    assert firm.robust.n == 1
 
 
 def tables(found):

@@ -296,7 +296,7 @@ def test_the_reference_goes_on_where_it_was_and_what_is_missing_is_counted(
             again = try_all(lab, real, reference=False, **OPTIONS)
         assert [one.changed for one in again.tried] == [one.changed for one in tried.tried]
         found = summarise(real, again)
-        rows = {row.judge: row for row in found.by_judge}
+        rows = {row.judge: row for row in found.independent}
         stiff, soft = rows[confirming.STIFF], rows[confirming.SOFT]
         return found.unfinished, stiff.plans, stiff.control_plans, soft.plans, stiff.stands
 
@@ -342,7 +342,7 @@ def test_without_the_packer_the_other_ways_remain(lab, real, monkeypatch, assert
 
 
 def tables(found):
-    return [found.all, found.by_packer, found.shares, found.costs, found.by_judge, found.firm]
+    return [found.all, found.by_packer, found.shares, found.costs, found.independent, found.firm]
 
 
 def test_the_page_shows_what_was_found(real, tried, tmp_path, assert_shown):
@@ -461,7 +461,7 @@ def test_no_answer_is_no_yes_and_falls_by_soft_contacts_are_of_plans_that_stood(
     one = changed_plan(("py3dbp",), 10, instance="i")
     tried = [replace(one, way=way) for way in Way]
     found = summarise(real, plans.AllTried(1, tried, answers, "", {}))
-    rows = {row.judge: row for row in found.by_judge}
+    rows = {row.judge: row for row in found.independent}
     dart, stiff, soft = (rows[name] for name in ("DART", confirming.STIFF, confirming.SOFT))
     assert (dart.plans, dart.unknown, dart.stands.value) == (5, 1, 0.6)
     assert (stiff.plans, stiff.unknown, stiff.stands.value) == (5, 0, 0.8)

@@ -72,7 +72,7 @@ class Cost:
 
 
 @row
-class ByJudge:
+class Independent:
     """Plans that were repaired, boxes left out where that helps, and controls, by a judge that took
     no part; no answer is no yes.
     """
@@ -121,7 +121,7 @@ class Found:
     judges: Sequence[str]
     shares: Sequence[Shares]
     costs: Sequence[Cost]
-    by_judge: Sequence[ByJudge]
+    independent: Sequence[Independent]
     firm: Sequence[Firm]
     soft: Estimate
     soft_controls: Estimate
@@ -210,7 +210,7 @@ def summarise(benchmark: Benchmark, found: AllTried) -> Found:
         judges=list(dict.fromkeys(one.changed.judge for one in tried)),
         shares=[_shares(*each) for each in _groups(tried)],
         costs=list(_costs(tried, sizes)),
-        by_judge=[_by_judge(title, *groups) for title in (*ENGINES, *REFERENCES)],
+        independent=[_independent(title, *groups) for title in (*ENGINES, *REFERENCES)],
         firm=[_firm(which, own) for which, own in zip(GROUPS, groups, strict=True) if own],
         soft=_soft(groups[0]),
         soft_controls=_soft(groups[1]),
@@ -294,7 +294,7 @@ def _costs(tried: Sequence[Tried], sizes: Sequence[int]) -> Iterator[Cost]:
                 )  # fmt: skip
 
 
-def _by_judge(title: str, repaired: Sequence[Answers], others: Sequence[Answers]) -> ByJudge:
+def _independent(title: str, repaired: Sequence[Answers], others: Sequence[Answers]) -> Independent:
     own, control = (
         [(said, one.instance) for one in group
          if (said := {**one.engines, **one.references}.get(title)) is not None]
@@ -305,7 +305,7 @@ def _by_judge(title: str, repaired: Sequence[Answers], others: Sequence[Answers]
          sum(not said.is_known for said, _ in group))
         for group in (own, control)
     ]  # fmt: skip
-    return ByJudge(title, *values[0], *values[1])
+    return Independent(title, *values[0], *values[1])
 
 
 def _firm(which: str, own: Sequence[Answers]) -> Firm:
