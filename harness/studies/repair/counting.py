@@ -93,7 +93,7 @@ class Firm:
     which: str = column("plans")
     plans: int = column("n")
     as_planned: int = column("balance as planned", about="n; what follows is of these")
-    margin_cm: float | None = column("margin cm, median", general)
+    margin_cm: float | None = column("margin cm, median", significant)
     close: Estimate = column("below 1 cm %", percent)
     chance: Estimate = column("chance to stand %", percent, "on average")
     firm: Estimate = column("chance 95 % or more %", percent)
