@@ -119,6 +119,15 @@ class CloseSteps(Asked[StepVerdicts], question="close steps"):
         )
 
 
+def made_for(judge: str) -> dict[str, str]:
+    """Versions on which answers of a method about steps depend.
+
+    Args:
+        judge: spec of a simulation.
+    """
+    return {**made_by(make_method(judge)), "version of answers": str(step_answers.VERSION)}
+
+
 def judge_close_steps(
     directory: Path,
     *,
@@ -148,15 +157,11 @@ def judge_close_steps(
     """
     benchmark = load_benchmark(directory)
     cases = close_cases(benchmark, part, standing)
-    made = {judge.spec: made_by(make_method(judge.spec)) for judge in CONTACTS}
+    made = {judge.spec: made_for(judge.spec) for judge in CONTACTS}
     asked = [(case, judge) for case in cases for judge in CONTACTS]
     units = [
-        CloseSteps(
-            case.layout, judge.spec, case.steps,
-            {**made[judge.spec], "version of answers": str(step_answers.VERSION)},
-        )
-        for case, judge in asked
-    ]  # fmt: skip
+        CloseSteps(case.layout, judge.spec, case.steps, made[judge.spec]) for case, judge in asked
+    ]
     folder = directory / "opinions" / "close"
     folder.parent.mkdir(exist_ok=True)
     try:
@@ -235,10 +240,15 @@ def _steps(row: Any) -> tuple[int, ...]:
     far = np.where(np.isfinite(far), far, np.array(row.screen, dtype=float))
     count = max(failing) if failing else len(far)
     if not failing:
-        earlier = np.random.default_rng(row.drawn).permutation(count - 1)[:EARLIER]
-        chosen |= {count - 1, *map(int, earlier)}
+        chosen |= last_and_earlier(count, row.drawn)
     chosen |= _close(far[:count], row.moved, row.margin)
     return tuple(sorted(chosen))
+
+
+def last_and_earlier(count: int, seed: int) -> set[int]:
+    """The last of so many steps, and :data:`EARLIER` ones drawn at random."""
+    earlier = np.random.default_rng(seed).permutation(count - 1)[:EARLIER]
+    return {count - 1, *map(int, earlier)}
 
 
 def _close(far: FloatArray, moved: Sequence[int], margins: Sequence[float]) -> set[int]:

@@ -111,11 +111,11 @@ def tried(room: str, fault: Fault, copy: Path) -> Outcome:
     compiling = 0.0
     try:
         if any(part in fault.path for part in _COMPILED):
-            _, _, compiling = _run(copy, [_python(), "-m", "steadyload.cli", "warm-up"])
+            _, _, compiling = _run(copy, [sys.executable, "-m", "steadyload.cli", "warm-up"])
         tests = [test for test in ROOMS[room] if (copy / test).exists()]
         status, output, seconds = _run(
             copy,
-            [_python(), "-m", "pytest", "-x", "-q", "-m", "not deep", "-p", "no:cacheprovider",
+            [sys.executable, "-m", "pytest", "-x", "-q", "-m", "not deep", "-p", "no:cacheprovider",
              "--no-header", *tests],
         )  # fmt: skip
     finally:
@@ -124,10 +124,6 @@ def tried(room: str, fault: Fault, copy: Path) -> Outcome:
     failed = [line for line in output.splitlines() if line.startswith(("FAILED ", "ERROR "))]
     by = failed[0].split(" - ")[0].partition(" ")[2] if failed else ""
     return Outcome(room, fault, status != 0, by or f"status {status}", seconds, compiling)
-
-
-def _python() -> str:
-    return sys.executable
 
 
 def _run(copy: Path, command: list[str]) -> tuple[int, str, float]:
@@ -149,21 +145,22 @@ def _run(copy: Path, command: list[str]) -> tuple[int, str, float]:
     return process.returncode, output, usage.ru_utime + usage.ru_stime
 
 
-def _kept(room: str, fault: Fault) -> dict[str, object] | None:
-    """The last outcome that is known of a fault."""
+def _known() -> dict[tuple[str, Fault], Outcome]:
+    """The last outcome of every fault that was tried, by room and fault."""
     file = KEPT / "outcomes.jsonl"
-    for line in reversed(file.read_text().splitlines() if file.exists() else []):
-        known = json.loads(line)
-        if known["room"] == room and known["fault"] == asdict(fault):
-            return known
-    return None
+    outcomes = [
+        Outcome(**{**known, "fault": Fault(**known["fault"])})
+        for known in map(json.loads, file.read_text().splitlines() if file.exists() else [])
+    ]
+    return {(one.room, one.fault): one for one in outcomes}
 
 
-def run(rooms: list[str], count: int, seed: int, jobs: int) -> list[dict[str, object]]:
+def run(rooms: list[str], count: int, seed: int, jobs: int) -> list[Outcome]:
     """Try all faults of a run that are not known yet; the outcomes of all."""
     asked = planned(rooms, count, seed)
     KEPT.mkdir(parents=True, exist_ok=True)
-    missing = [(room, fault) for room, fault in asked if _kept(room, fault) is None]
+    known = _known()
+    missing = [each for each in asked if each not in known]
     copies: Queue[Path] = Queue()
     for job in range(min(jobs, len(missing))):
         copies.put(copy_of_the_project(KEPT / f"copy{job}" / "project"))
@@ -187,28 +184,28 @@ def run(rooms: list[str], count: int, seed: int, jobs: int) -> list[dict[str, ob
             print(f"{done}/{len(missing)} {passed:.0f} s  {outcome.fault.path}:"
                   f"{outcome.fault.line} {outcome.fault.kind}: {said} ({outcome.seconds:.0f} s)",
                   flush=True)  # fmt: skip
-    return [known for room, fault in asked if (known := _kept(room, fault)) is not None]
+    known = _known()
+    return [known[each] for each in asked if each in known]
 
 
-def report(outcomes: list[dict[str, object]], seed: int) -> str:
+def report(outcomes: list[Outcome], seed: int) -> str:
     """The share caught by room, and what was not, in Markdown."""
     lines = [
         f"# Planted faults that the quick tests of their rooms catch, seed {seed}", "",
         "| room | planted | caught | % | CPU s until caught, median |",
         "| ---- | ------: | -----: | -: | -------------------------: |",
     ]  # fmt: skip
-    rooms = list(dict.fromkeys(str(one["room"]) for one in outcomes))
-    for room in (*rooms, ""):
-        own = [one for one in outcomes if room in ("", one["room"])]
-        caught = [one for one in own if one["is_caught"]]
-        seconds = statistics.median([float(str(one["seconds"])) for one in caught] or [0.0])
+    for room in (*dict.fromkeys(one.room for one in outcomes), ""):
+        own = [one for one in outcomes if room in ("", one.room)]
+        caught = [one for one in own if one.is_caught]
+        seconds = statistics.median([one.seconds for one in caught] or [0.0])
         share = 100.0 * len(caught) / max(1, len(own))
         title = room or "all"
         lines.append(f"| {title} | {len(own)} | {len(caught)} | {share:.0f} | {seconds:.0f} |")
     lines += ["", "Not caught:", ""]
     for one in outcomes:
-        if not one["is_caught"]:
-            fault = Fault(**one["fault"])  # type: ignore[arg-type]
+        if not one.is_caught:
+            fault = one.fault
             lines.append(
                 f"- `{fault.path}:{fault.line}` {fault.kind}: `{fault.before}` -> `{fault.after}`"
             )

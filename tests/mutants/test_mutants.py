@@ -101,7 +101,7 @@ def test_a_fault_is_caught_by_the_test_that_sees_it(tmp_path, monkeypatch):
     assert not unseen.is_caught
     assert seen.seconds > 0.0
     assert (copy / "room" / "module.py").read_text() == source
-    text = mutants.report([mutants.asdict(one) for one in (seen, unseen)], 0)
+    text = mutants.report([seen, unseen], 0)
     assert "| room | 2 | 1 | 50 |" in text
     assert "- `room/module.py:6` sign: `/` -> `*`" in text
 

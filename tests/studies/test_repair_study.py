@@ -253,12 +253,12 @@ def test_every_plan_is_changed_in_all_ways_and_judged_by_engines(tried, failing,
     assert tried.not_installed == ""
     repaired = [one for one in tried.tried if one.way is Way.LEAVE and one.changed.stands]
     [*own, control] = tried.answers
-    assert [one.name for one in own] == [one.changed.plan for one in repaired] == names
+    assert [one.plan.layout.name for one in own] == [one.changed.plan for one in repaired] == names
     layouts = [one.changed.layout(one.plan.layout.pallet) for one in repaired]
     assert not control.repaired
-    assert abs(control.boxes - len(failing[0].layout)) <= 1
+    assert abs(len(control.plan.layout) - len(failing[0].layout)) <= 1
     for one, changed in zip(
-        tried.answers, [*layouts, real.layout(control.name, "S1")], strict=True
+        tried.answers, [*layouts, real.layout(control.plan.layout.name, "S1")], strict=True
     ):
         assert (changed.lower >= -1e-6).all()
         assert (changed.upper <= np.add(changed.pallet.size, 1e-6)).all(), "out of the bin"
@@ -437,12 +437,12 @@ def test_amounts_are_of_plans_that_stand_and_shares_of_all(real):
     assert as_csv(own).count("\n") == 1 + len(own)
 
 
-def answered(repaired, engine, stiff, soft, *, margin=3.0, chance=1.0, planned=True):
+def answered(repaired, engine, stiff, soft, *, margin=3.0, chance=1.0, as_planned=True):
     """Answers on a plan: None for one that has not come yet."""
-    firmness = confirming.Firmness(margin, planned, 1, chance, 0.1)
+    firmness = confirming.Firmness(margin, as_planned, 1, chance, 0.1)
     said = {confirming.STIFF: stiff, confirming.SOFT: soft}
     return plans.Answers(
-        "p", 9, "i", repaired, firmness, dict.fromkeys(confirming.ENGINES, engine),
+        planned(9), repaired, firmness, dict.fromkeys(confirming.ENGINES, engine),
         {title: one for title, one in said.items() if one is not None},
     )  # fmt: skip
 
@@ -454,8 +454,8 @@ def test_no_answer_is_no_yes_and_falls_by_soft_contacts_are_of_plans_that_stood(
         answered(True, yes, yes, no, margin=0.9, chance=0.94),
         answered(True, none, yes, yes),
         answered(True, no, no, no, margin=10.0, chance=0.95),
-        answered(True, yes, yes, none, margin=0.1, planned=False, chance=0.0),
-        answered(True, yes, yes, None, margin=None, planned=False),
+        answered(True, yes, yes, none, margin=0.1, as_planned=False, chance=0.0),
+        answered(True, yes, yes, None, margin=None, as_planned=False),
         answered(False, yes, yes, yes),
     ]
     one = changed_plan(("py3dbp",), 10, instance="i")

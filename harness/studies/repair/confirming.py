@@ -7,18 +7,23 @@ import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from steadyload.app.check_defaults import GAPS_CM
 from steadyload.app.repairs import chance_to_stand
-from steadyload.labelling.close_steps import CloseSteps, StepVerdicts
+from steadyload.labelling.close_steps import (
+    CONTACTS,
+    CloseSteps,
+    StepVerdicts,
+    last_and_earlier,
+    made_for,
+)
+from steadyload.labelling.label_rows import LABEL
+from steadyload.layouts.benchmark.confidence import Reason
 from steadyload.layouts.model.layout import Layout
 from steadyload.layouts.model.question import Question
 from steadyload.layouts.model.snapping import snap
 from steadyload.methods.contract.method import Status
 from steadyload.methods.equilibrium.margin import margin_of
 from steadyload.methods.registry import make_method
-from steadyload.methods.simulation import step_answers
 from steadyload.runs.methods_here import method_named
 from steadyload.runs.provenance import made_by
 from steadyload.statics.load_margin import MarginKind
@@ -36,14 +41,11 @@ SECONDS = 30.0
 
 STIFF, SOFT = "reference, 1e9 N/m", "reference, 1e7 N/m"
 REFERENCES: Mapping[str, str] = {
-    STIFF: "label@reference",
-    SOFT: "label@reference:stiffness=1e7,most_rate=3e3",
+    STIFF: LABEL,
+    SOFT: next(each.spec for each in CONTACTS if each.reason is Reason.MODEL),
 }
 """The reference that labels the cases of the sets, and the same with contacts a hundredth as stiff,
 which throws of a real cube fit."""
-
-EARLIER = 3
-"""Steps before the last that the references judge, drawn at random."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,9 +144,9 @@ class FirmnessUnit(
 
 
 def engine_units(plans: Sequence[Layout]) -> list[EngineUnit]:
-    """All of these plans by all of :data:`ENGINES`, engine by engine."""
+    """All of these plans by all of :data:`ENGINES`, plan by plan."""
     made = {spec: made_by(make_method(spec)) for spec in ENGINES.values()}
-    return [EngineUnit(plan, spec, SECONDS, made[spec]) for spec in made for plan in plans]
+    return [EngineUnit(plan, spec, SECONDS, made[spec]) for plan in plans for spec in made]
 
 
 def firmness_units(plans: Sequence[Layout]) -> list[FirmnessUnit]:
@@ -155,10 +157,7 @@ def firmness_units(plans: Sequence[Layout]) -> list[FirmnessUnit]:
 
 def reference_units(plans: Sequence[Layout], firmness: Sequence[Firmness]) -> list[CloseSteps]:
     """All of these plans by all of :data:`REFERENCES`, plan by plan."""
-    made = {
-        spec: {**made_by(make_method(spec)), "version of answers": str(step_answers.VERSION)}
-        for spec in REFERENCES.values()
-    }
+    made = {spec: made_for(spec) for spec in REFERENCES.values()}
     return [
         CloseSteps(plan, spec, judged_steps(plan, own), made[spec])
         for plan, own in zip(plans, firmness, strict=True)
@@ -168,9 +167,7 @@ def reference_units(plans: Sequence[Layout], firmness: Sequence[Firmness]) -> li
 
 def judged_steps(plan: Layout, firmness: Firmness) -> tuple[int, ...]:
     """The steps that the references judge: the last, the narrowest, and earlier ones at random."""
-    last = len(plan) - 1
-    draw = np.random.default_rng(zlib.crc32(plan.name.encode()))
-    chosen = {last, *map(int, draw.permutation(last)[:EARLIER])}
+    chosen = last_and_earlier(len(plan), zlib.crc32(plan.name.encode()))
     return tuple(sorted(chosen if firmness.step is None else chosen | {firmness.step}))
 
 

@@ -296,7 +296,7 @@ def _costs(tried: Sequence[Tried], sizes: Sequence[int]) -> Iterator[Cost]:
 
 def _independent(title: str, repaired: Sequence[Answers], others: Sequence[Answers]) -> Independent:
     own, control = (
-        [(said, one.instance) for one in group
+        [(said, one.plan.instance) for one in group
          if (said := {**one.engines, **one.references}.get(title)) is not None]
         for group in (repaired, others)
     )  # fmt: skip
@@ -310,7 +310,7 @@ def _independent(title: str, repaired: Sequence[Answers], others: Sequence[Answe
 
 def _firm(which: str, own: Sequence[Answers]) -> Firm:
     planned = [one for one in own if one.firmness.as_planned]
-    lists = [one.instance for one in planned]
+    lists = [one.plan.instance for one in planned]
     margins = [one.firmness.margin_cm or 0.0 for one in planned]
     chances = [one.firmness.chance for one in planned]
     return Firm(
@@ -329,7 +329,7 @@ def _soft(own: Sequence[Answers]) -> Estimate:
     both = [one for one in own if len(one.references) == len(REFERENCES)]
     stood = [one for one in both if one.references[STIFF].stands]
     return share(
-        [not one.references[SOFT].stands for one in stood], [one.instance for one in stood]
+        [not one.references[SOFT].stands for one in stood], [one.plan.instance for one in stood]
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import pandas as pd
@@ -72,18 +72,14 @@ class Answers:
     """Answers of independent judges on a plan that stands by the judge, or by its label.
 
     Attributes:
-        name: of the plan.
-        boxes: their number.
-        instance: published instance of its item list.
+        plan: as it is judged.
         repaired: whether it was repaired; else it is a control.
         firmness: its margin and its chance to stand.
         engines: by title.
         references: by title, as far as these have come.
     """
 
-    name: str
-    boxes: int
-    instance: str
+    plan: Plan
     repaired: bool
     firmness: Firmness
     engines: Mapping[str, Judged]
@@ -216,20 +212,29 @@ def _answers(lab: Lab, plans: Sequence[Plan], repaired: bool, reference: bool) -
         firmness_units(layouts), Firmness, folder="firmness", parallel=True
     ).rows  # fmt: skip
     said = lab.measure(engine_units(layouts), Judged, folder="engines", parallel=True).rows
-    by_engine = [said[k * len(plans) : (k + 1) * len(plans)] for k in range(len(ENGINES))]
     units = reference_units(layouts, firmness)
     if reference:
         lab.measure(units, StepVerdicts, folder="references", parallel=True)
     so_far = lab.so_far(units, StepVerdicts, folder="references")
+    known = [None if steps is None else judged(steps) for steps in so_far]
     return [
         Answers(
-            plan.layout.name, len(plan.layout), plan.instance, repaired, firmness[place],
-            {title: by_engine[k][place] for k, title in enumerate(ENGINES)},
-            {
-                title: judged(own)
-                for k, title in enumerate(REFERENCES)
-                if (own := so_far[place * len(REFERENCES) + k]) is not None
-            },
+            plan, repaired, firmness[place], _by_title(ENGINES, said, place),
+            _by_title(REFERENCES, known, place),
         )
         for place, plan in enumerate(plans)
     ]  # fmt: skip
+
+
+def _by_title(
+    titles: Collection[str], said: Sequence[Judged | None], place: int
+) -> dict[str, Judged]:
+    """Answers of all judges on a plan, without those that have not come to it.
+
+    Args:
+        titles: of the judges.
+        said: plan by plan.
+        place: of the plan.
+    """
+    own = said[place * len(titles) : (place + 1) * len(titles)]
+    return {title: one for title, one in zip(titles, own, strict=True) if one is not None}

@@ -191,7 +191,7 @@ class Found:
     @property
     def first(self) -> Judged | None:
         """The most accurate of the methods that were asked of most cases."""
-        return max(self.rows, key=_rank, default=None)
+        return _first(self.rows)
 
     @property
     def strongest(self) -> Alone | None:
@@ -204,8 +204,8 @@ class Found:
         return [one for own in self.calibrated for one in own.bins]
 
 
-def _rank(judged: Judged) -> tuple[int, float]:
-    return judged.plan.n, judged.plan.value
+def _first(rows: Sequence[Judged]) -> Judged | None:
+    return max(rows, key=lambda one: (one.plan.n, one.plan.value), default=None)
 
 
 def summarise(
@@ -225,7 +225,7 @@ def summarise(
     every = {keys[spec]: _Cases(table, labels) for spec, table in sampled.methods.items()}
     heard = {key: cases for key, cases in every.items() if cases.judged.any()}
     rows = [_row(key, cases) for key, cases in heard.items()]
-    first = max(rows, key=_rank, default=None)
+    first = _first(rows)
     given = [row for key, cases in heard.items() for row in cases.calibrated(key.title)]
     check = None
     if len(sampled.check):
