@@ -29,7 +29,7 @@ MARGIN_CM = 2.0
 """Margin of balance that all boxes of a repaired plan have unless another is given [cm]."""
 
 _LEAST_CM = 0.25
-"""A smaller margin than this is not looked for between the one that is asked for and none [cm]."""
+"""The smallest margin that is tried before the search asks for none [cm]."""
 
 
 class RepairError(UserError):
