@@ -130,7 +130,7 @@ def _run(copy: Path, command: list[str]) -> tuple[int, str, float]:
     """Status, output and CPU seconds of a command in a copy."""
     environment = os.environ | {
         "PYTHONPATH": os.pathsep.join(filter(None, [str(copy / ".src"), os.getenv("PYTHONPATH")])),
-        "PYTHONDONTWRITEBYTECODE": "1", "OMP_NUM_THREADS": "1",
+        "PYTHONDONTWRITEBYTECODE": "1", "OMP_NUM_THREADS": "1", "PYTEST_ADDOPTS": "",
     }  # fmt: skip
     limit = lambda: resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, SECONDS))  # noqa: E731
     process = subprocess.Popen(
