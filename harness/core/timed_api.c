@@ -1,0 +1,254 @@
+/* What timed.h offers: loadings that are followed, or whose balance alone is asked for. */
+#include "timed.h"
+
+static double *copy_of(sl_work *work, const double *values, int32_t rows, int columns) {
+    uint64_t count = (uint64_t)rows * (uint64_t)columns;
+    double *made = take(work, count, sizeof *made);
+    if (made && count) memcpy(made, values, (size_t)count * sizeof *made);
+    return made;
+}
+
+sl_timed *sl_timed_new(int32_t count, const double *lower, const double *upper,
+                       const double *weights, const double *offsets, const double *floor,
+                       double margin) {
+    if (count < 0 || count > SL_MOST) return NULL;
+    sl_timed *timed = sl_allocate(sizeof *timed);
+    if (!timed) return NULL;
+    sl_work *work = timed->work = sl_work_new();
+    if (work) {
+        lower = copy_of(work, lower, count, 3), upper = copy_of(work, upper, count, 3);
+        weights = copy_of(work, weights, count, 1), offsets = copy_of(work, offsets, count, 3);
+        floor = copy_of(work, floor, 1, 5);
+        if (lower && upper && weights && offsets && floor &&
+            lay_out(timed, count, lower, upper, weights, offsets, floor, margin)) return timed;
+    }
+    sl_timed_free(timed);
+    return NULL;
+}
+
+void sl_timed_free(sl_timed *timed) {
+    if (!timed) return;
+    sl_work_free(timed->work);
+    sl_free(timed);
+}
+
+void sl_timed_look(const sl_timed *timed, sl_timed_view *view) {
+    const Boxes *boxes = &timed->boxes;
+    const Contacts *c = &boxes->contacts;
+    *view = (sl_timed_view){
+        .count = boxes->count, .patches = (int32_t)c->size,
+        .on_floor = (const uint8_t *)c->on_floor, .starts = c->starts, .ends = c->ends,
+        .below = c->below,
+        .corners = (const double *)c->patches, .above_starts = c->above_starts,
+        .above_ends = c->above_ends, .above = c->above, .meets = c->meets,
+        .presses = (double *)boxes->presses, .pressing = (uint8_t *)boxes->pressing,
+        .pushes = timed->pushes, .moves = (uint8_t *)boxes->moves, .answers = timed->answers,
+        .solved = (uint8_t *)timed->solved, .leans = (uint8_t *)timed->leans,
+        .farthest = (double *)timed->farthest, .beyond = timed->beyond,
+        .counts = (int64_t *)timed->counts, .work = (double *)timed->spent,
+    };
+}
+
+static bool is_box(const sl_timed *timed, int32_t item) {
+    return item >= 0 && item < timed->boxes.count;
+}
+
+int32_t sl_timed_place(sl_timed *timed, int32_t step, const sl_how *how, sl_moved *found) {
+    *found = (sl_moved){.ended = SL_REFUSED, .step = step, .item = -1};
+    return is_box(timed, step) ? place_next(timed, step, how, found) : SL_REFUSED;
+}
+
+int32_t sl_timed_first(sl_timed *timed, int32_t first, int32_t end, const sl_how *how,
+                       sl_moved *found) {
+    *found = (sl_moved){.ended = SL_REFUSED, .step = first, .item = -1};
+    if (first < 0 || end < first || end > timed->boxes.count) return SL_REFUSED;
+    return first_moved(timed, first, end, how, found);
+}
+
+int32_t sl_timed_group(sl_timed *timed, int32_t step, int32_t *kept, int32_t *size,
+                       int32_t *group) {
+    *kept = *size = 0;
+    if (!is_box(timed, step)) return SL_REFUSED;
+    Mark before = mark(timed->work);
+    Some found;
+    bool is_kept;
+    int ended = moving_group(timed, step, &is_kept, &found);
+    if (ended == SL_FAILS) {
+        *kept = is_kept, *size = found.count;
+        memcpy(group, found.of, (size_t)found.count * sizeof *group);
+    }
+    free_to(timed->work, before);
+    return ended;
+}
+
+int32_t sl_timed_moved(sl_timed *timed, int32_t step, int32_t size, const int32_t *group,
+                       const sl_how *how, sl_moved *found) {
+    *found = (sl_moved){.ended = SL_REFUSED, .step = step, .item = -1};
+    if (!is_box(timed, step) || size < 0 || size > timed->boxes.count) return SL_REFUSED;
+    for (int32_t n = 0; n < size; n++)
+        if (!is_box(timed, group[n])) return SL_REFUSED;
+    Mark before = mark(timed->work);
+    Some all = {size, take(timed->work, (uint64_t)size, sizeof *group)};
+    if (all.of) {
+        if (size) memcpy(all.of, group, (size_t)size * sizeof *group);
+        moved_group(timed, step, all, how, found);
+    } else found->ended = SL_MEMORY;
+    free_to(timed->work, before);
+    return found->ended;
+}
+
+int32_t sl_timed_is_near_its_edge(const sl_timed *timed, int32_t item, double margin) {
+    return is_box(timed, item) && is_near_its_edge(&timed->boxes, item, margin);
+}
+
+int32_t sl_first_moved(sl_work *work, int32_t count, const double *lower, const double *upper,
+                       const double *weights, const double *offsets, const double *floor,
+                       double limit, const sl_how *how, sl_moved *found) {
+    *found = (sl_moved){.ended = SL_REFUSED, .step = count, .item = -1};
+    if (count < 0 || count > SL_MOST) return SL_REFUSED;
+    Mark before = mark(work);
+    sl_timed timed = {.work = work};
+    found->ended = SL_MEMORY;
+    if (lay_out(&timed, count, lower, upper, weights, offsets, floor, 0.0)) {
+        timed.spent[1] = limit;
+        first_moved(&timed, 0, count, how, found);
+    }
+    free_to(work, before);
+    return found->ended;
+}
+
+int32_t sl_first_moved_many(sl_work *work, int32_t layouts, const int32_t *starts,
+                            const double *lower, const double *upper, const double *weights,
+                            const double *offsets, const double *floors, double limit,
+                            const sl_how *how, sl_moved *found) {
+    for (int32_t k = 0; k < layouts; k++) {
+        int64_t first = starts[k];
+        if (first < 0 || starts[k + 1] < first) return SL_REFUSED;
+        int32_t ended = sl_first_moved(
+            work, starts[k + 1] - starts[k], lower + 3 * first, upper + 3 * first, weights + first,
+            offsets + 3 * first, floors + 5 * (int64_t)k, limit, how, found + k);
+        if (ended == SL_MEMORY || ended == SL_REFUSED) return ended;
+    }
+    return SL_STANDS;
+}
+
+struct sl_held { sl_work *work; Boxes boxes; };
+
+sl_held *sl_held_new(int32_t count, const double *lower, const double *upper,
+                     const double *weights, const double *offsets, const double *floor,
+                     double margin) {
+    if (count < 0 || count > SL_MOST) return NULL;
+    sl_held *held = sl_allocate(sizeof *held);
+    if (!held) return NULL;
+    sl_work *work = held->work = sl_work_new();
+    Boxes *b = &held->boxes;
+    if (work) {
+        *b = (Boxes){
+            .count = count, .whole = true, .weights = copy_of(work, weights, count, 1),
+            .lower = (const double (*)[3])copy_of(work, lower, count, 3),
+            .upper = (const double (*)[3])copy_of(work, upper, count, 3),
+            .offsets = (const double (*)[3])copy_of(work, offsets, count, 3),
+            .floor = copy_of(work, floor, 1, 5),
+        };
+        b->moves = take_zeros(work, (uint64_t)count, sizeof *b->moves);
+    }
+    if (work && b->weights && b->lower && b->upper && b->offsets && b->floor && b->moves &&
+        !find_contacts(work, b)) {
+        draw_in(b->contacts.patches, b->contacts.size, margin);
+        b->centres = centres_of(work, b);
+        b->presses = take_zeros(work, (uint64_t)b->contacts.size, sizeof *b->presses);
+        b->changed = take_zeros(work, (uint64_t)b->contacts.size, sizeof *b->changed);
+        if (b->centres && b->presses && b->changed) return held;
+    }
+    sl_held_free(held);
+    return NULL;
+}
+
+const double *sl_held_presses(const sl_held *held, int32_t *patches) {
+    *patches = (int32_t)held->boxes.contacts.size;
+    return (const double *)held->boxes.presses;
+}
+
+void sl_held_free(sl_held *held) {
+    if (!held) return;
+    sl_work_free(held->work);
+    sl_free(held);
+}
+
+int32_t sl_held_place(sl_held *held, int32_t step, int32_t *item) {
+    Boxes *boxes = &held->boxes;
+    *item = -1;
+    if (step < 0 || step >= boxes->count) return SL_REFUSED;
+    Mark before = mark(held->work);
+    Some items;
+    int ended = balance_after(held->work, boxes, step, item, &items);
+    if (ended == SL_STANDS) {
+        keep_presses(boxes, items, step);
+        for (int32_t n = 0; n < items.count; n++) boxes->moves[items.of[n]] = false;
+    } else if (ended == SL_FAILS) {
+        if (join_group(held->work, boxes, step, &items)) ended = SL_MEMORY;
+        for (int32_t n = 0; ended == SL_FAILS && n < items.count; n++)
+            boxes->moves[items.of[n]] = true;
+    }
+    free_to(held->work, before);
+    return ended;
+}
+
+int32_t sl_held_group(sl_held *held, int32_t step, int32_t *group) {
+    if (step < 0 || step >= held->boxes.count) return -1;
+    Mark before = mark(held->work);
+    Some found = {-1, NULL};
+    if (join_group(held->work, &held->boxes, step, &found)) found.count = -1;
+    else memcpy(group, found.of, (size_t)found.count * sizeof *group);
+    free_to(held->work, before);
+    return found.count;
+}
+
+int32_t sl_closest_to_balance(sl_work *work, int32_t count, const double *lower,
+                              const double *upper, const double *weights, const double *offsets,
+                              int32_t size, const int32_t *items, int32_t patches,
+                              const int32_t *used, int32_t places, const double *corners,
+                              double grow, double *forces, sl_finding *found) {
+    *found = (sl_finding){SL_REFUSED, count, -1, 0, 0.0};
+    if (count < 0 || count > SL_MOST || size < 0 || size > count || patches < 0 || places < 0 ||
+        patches > INT32_MAX / 4) return SL_REFUSED;
+    for (int32_t n = 0; n < size; n++)
+        if (items[n] < 0 || items[n] >= count) return SL_REFUSED;
+    for (int32_t n = 0; n < patches; n++) {
+        const int32_t *own = used + 3 * (size_t)n;
+        if (own[0] < 0 || own[0] >= places || own[1] >= count || own[2] >= count)
+            return SL_REFUSED;
+    }
+    Mark before = mark(work);
+    Boxes boxes = {
+        .count = count, .weights = weights, .lower = (const double (*)[3])lower,
+        .upper = (const double (*)[3])upper, .offsets = (const double (*)[3])offsets,
+    };
+    boxes.contacts.size = places;
+    double (*own)[4] = boxes.contacts.patches = take(work, (uint64_t)places, sizeof *own);
+    boxes.centres = centres_of(work, &boxes);
+    Some some = {size, take(work, (uint64_t)size, sizeof *items)};
+    found->ended = SL_MEMORY;
+    if (own && boxes.centres && some.of) {
+        if (places) memcpy(own, corners, (size_t)places * sizeof *own);
+        if (size) memcpy(some.of, items, (size_t)size * sizeof *items);
+        found->ended = come_closest(work, &boxes, some, patches, (const int32_t (*)[3])used, grow,
+                                    (double (*)[4])forces, found);
+    }
+    free_to(work, before);
+    return found->ended;
+}
+
+int32_t sl_nonnegative_least_squares(sl_work *work, int32_t count, int32_t rows,
+                                     const double *columns, const double *target, double *x,
+                                     double *residual) {
+    if (count < 0 || rows < 0) return SL_REFUSED;
+    Mark before = mark(work);
+    int32_t *blocks = take_zeros(work, (uint64_t)count, sizeof *blocks);
+    Problem problem = {count, rows, 1, rows, columns, blocks, target, x, residual};
+    int ended = blocks ? least_squares(work, &problem, NULL, 0) : SL_MEMORY;
+    free_to(work, before);
+    return ended;
+}
+
+double sl_thin_side(double gravity, double seconds) { return thin_side(gravity, seconds); }
