@@ -1,0 +1,169 @@
+"""The C library: found, loaded, and its public functions told what they take.
+
+All that the headers beside this file declare with ``SL_API`` can be called: on :data:`LIBRARY`,
+which lets other threads run, and on :data:`HELD`, which does not. What has a state (a session, a
+loading, the forces of a growing load) is for one thread at a time, and is called on :data:`HELD`.
+"""
+
+from __future__ import annotations
+
+import ctypes as ct
+import re
+import threading
+import weakref
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from steadyload.core import building
+from steadyload.errors import FailedError, SentenceError
+
+STANDS, FAILS, UNRESOLVED, OUTSIDE, OVERLAPS, MEMORY, REFUSED = range(7)
+"""How a call ended: ``sl_ended`` of steadyload.h."""
+
+FINDING = np.dtype([("ended", "i4"), ("step", "i4"), ("item", "i4"), ("", "i4"), ("number", "f8")])
+"""``sl_finding``."""
+
+_TYPES = {"int32_t": ct.c_int32, "uint64_t": ct.c_uint64, "double": ct.c_double, "void": None}
+_DECLARED = re.compile(r"^SL_API\s+((?:const\s+)?\w+\s*\**)\s*(\w+)\s*\(([^)]*)\)\s*;", re.M)
+
+
+class NotBuiltError(FailedError):
+    """There is no library that was built from these sources."""
+
+
+class WrongArrayError(SentenceError, ValueError):
+    """An array of another shape, type or order in memory than a function takes."""
+
+
+class RefusedError(SentenceError, ValueError):
+    """Numbers that a function has no answer to."""
+
+
+class Finding(NamedTuple):
+    """Where the first failure is: see ``sl_finding`` of steadyload.h."""
+
+    ended: int
+    step: int
+    item: int
+    number: float
+
+
+def declared(folder: Path = building.HERE) -> Iterator[tuple[str, Any, list[Any]]]:
+    """Name, type of the answer and types of the arguments of all public functions."""
+    for header in sorted(folder.glob("*.h")):
+        text = re.sub(r"/\*.*?\*/", "", header.read_text(encoding="utf-8"), flags=re.S)
+        for answer, name, given in _DECLARED.findall(text):
+            taken = [] if given.strip() == "void" else [_type(one) for one in given.split(",")]
+            yield name, _type(answer), taken
+
+
+def _type(words: str) -> Any:
+    if "*" in words:
+        return ct.c_void_p
+    return _TYPES[next(word for word in words.split() if word != "const")]
+
+
+def _loaded(kind: type[ct.CDLL]) -> ct.CDLL:
+    path = building.HERE / "lib" / building.name()
+    if not path.exists():
+        raise NotBuiltError(
+            "the C library of this installation is not built from its present sources: run `make`"
+        )
+    library = kind(str(path))
+    for name, answer, taken in declared():
+        function = getattr(library, name)
+        function.restype, function.argtypes = answer, taken
+    return library
+
+
+LIBRARY, HELD = _loaded(ct.CDLL), _loaded(ct.PyDLL)
+
+
+class Kept:
+    """Something that C made and that C frees once nobody has it any more.
+
+    Args:
+        made: its address; None where there was no memory.
+        free: the function that frees it.
+    """
+
+    def __init__(self, made: int | None, free: Callable[[int], None]) -> None:
+        if not made:
+            raise MemoryError("the C library found no memory")
+        self.address = made
+        weakref.finalize(self, free, made)
+
+
+_OWN = threading.local()
+
+
+def work() -> int:
+    """The memory in which calls of this thread work."""
+    kept = getattr(_OWN, "kept", None)
+    if kept is None:
+        kept = _OWN.kept = Kept(HELD.sl_work_new(), HELD.sl_work_free)
+    return int(kept.address)
+
+
+def array(
+    name: str, given: Any, *shape: int, kind: Any = np.float64, written: bool = False
+) -> int:
+    """The address of an array that has to be as C takes it.
+
+    Args:
+        name: for the error.
+        given: the array.
+        shape: that it must have.
+        kind: of its numbers.
+        written: the function writes to it.
+
+    Raises:
+        WrongArrayError: it is not such an array.
+    """
+    if not isinstance(given, np.ndarray) or given.dtype != kind or given.shape != shape:
+        found = getattr(given, "shape", type(given).__name__), getattr(given, "dtype", "")
+        raise WrongArrayError(f"{name} is {found}; required: {np.dtype(kind)} of shape {shape}")
+    if not given.flags.c_contiguous or (written and not given.flags.writeable):
+        how = "C-contiguous and writeable" if written else "C-contiguous"
+        raise WrongArrayError(f"{name} has to be {how}")
+    return int(given.ctypes.data)
+
+
+def count_of(name: str, given: Any) -> int:
+    """The length of an array.
+
+    Raises:
+        WrongArrayError: it is none, or longer than the C library counts.
+    """
+    if not isinstance(given, np.ndarray) or not given.ndim or len(given) > 2**31 - 1:
+        raise WrongArrayError(f"{name} has to be an array of at most {2**31 - 1} rows")
+    return len(given)
+
+
+def ended_well(ended: int, what: str) -> int:
+    """How a call ended, unless it ended without an answer.
+
+    Args:
+        ended: see :data:`STANDS`.
+        what: it was about, for the error.
+
+    Raises:
+        MemoryError: there was no memory.
+        RefusedError: the library refuses what it was given.
+    """
+    if ended == MEMORY:
+        raise MemoryError(f"the C library found no memory for {what}")
+    if ended == REFUSED:
+        raise RefusedError(f"the C library refuses {what}: see its header for what it takes")
+    return ended
+
+
+def counted(found: int, what: str) -> int:
+    """How many a call found: below 0 says how it ended without an answer, as of :func:`ended_well`.
+    """
+    if found < 0:
+        ended_well(-found, what)
+    return found

@@ -1,0 +1,245 @@
+"""Boxes in C that are loaded at given places, and free places of them: see searching.h."""
+
+from __future__ import annotations
+
+import ctypes as ct
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from steadyload.core.library import (
+    HELD,
+    LIBRARY,
+    STANDS,
+    Kept,
+    array,
+    count_of,
+    counted,
+    ended_well,
+    work,
+)
+from steadyload.core.session import Reading
+
+LOOK = 8
+"""How loading ended: a box was put on, and it is to be said whether it stays."""
+
+LEFT_OUT, AS_PLANNED, TURNED = -1.0, 0.0, 1.0
+"""Last number of a place: the box is left out, as planned, or turned by a quarter."""
+
+OF_MOVED = 0.5
+"""Margin of balance [cm] of a box that is not at its place in the plan, at least."""
+
+
+class _BoxesInC(ct.Structure):
+    _fields_ = [("count", ct.c_int32)] + [
+        (name, ct.c_void_p) for name in ("sides", "offsets", "weights", "planned", "volumes")
+    ]
+
+
+class _WishesInC(ct.Structure):
+    _fields_ = [
+        ("places", ct.c_void_p), ("margins", ct.c_void_p),
+        ("refused_count", ct.c_int32), ("refused", ct.c_void_p),
+    ]  # fmt: skip
+
+
+class _WantedInC(ct.Structure):
+    _fields_ = [
+        ("limits", ct.c_void_p), ("ways", ct.c_void_p), ("margin", ct.c_double),
+        ("most", ct.c_int32),
+    ]  # fmt: skip
+
+
+class Boxes:
+    """The boxes of a plan: ``sl_boxes``. The arrays are kept, and must not change.
+
+    Args:
+        sides: as planned and turned by a quarter [cm], (2, J, 3).
+        offsets: of centres of mass from middles, likewise.
+        weights: [kg], (J,).
+        planned: places in the plan, (J, 4).
+        volumes: [cm3], (J,).
+    """
+
+    def __init__(self, sides: Any, offsets: Any, weights: Any, planned: Any, volumes: Any) -> None:
+        self.count = count = count_of("weights", weights)
+        self._arrays = sides, offsets, weights, planned, volumes
+        self._in_c = _BoxesInC(
+            count, array("sides", sides, 2, count, 3), array("offsets", offsets, 2, count, 3),
+            array("weights", weights, count), array("planned", planned, count, 4),
+            array("volumes", volumes, count),
+        )  # fmt: skip
+        self.address = ct.addressof(self._in_c)
+
+    def cost(self, places: Any) -> tuple[int, float, int, float]:
+        """Boxes that are left out, their volume, boxes that are elsewhere than in the plan, and how
+        far these are moved, all together: ``sl_cost``.
+        """
+        found = np.empty(4)
+        at = array("places", places, self.count, 4)
+        LIBRARY.sl_cost(self.address, at, found.ctypes.data)
+        left, volume, moved, distance = found.tolist()
+        return int(left), volume, int(moved), distance
+
+    def places_among(
+        self, places: Any, without: Any, box: int, margin: float, limits: Any, ways: Any,
+        turns: int, most: int,
+    ) -> tuple[Any, Any]:  # fmt: skip
+        """Free places of a box among the others, (K, 4), and how far these are, (K,), the nearest
+        first: ``sl_places_among``.
+
+        Args:
+            places: of all boxes, (J, 4).
+            without: boxes that it may overlap, of type bool, (J,).
+            box: its number.
+            margin: see ``sl_wanted``.
+            limits: likewise, (10,).
+            ways: likewise, (3,).
+            turns: 2 where it may be turned, else 1.
+            most: see ``sl_wanted``.
+        """
+        found, far = np.empty((turns * most, 4)), np.empty(turns * most)
+        given = (
+            array("places", places, self.count, 4), array("without", without, self.count, kind=bool),
+        )  # fmt: skip
+        wanted = ct.addressof(made := _wanted(margin, limits, ways, most))
+        count = counted(
+            LIBRARY.sl_places_among(
+                work(), self.address, *given, box, wanted, turns, found.ctypes.data, far.ctypes.data
+            ),
+            "places of a box",
+        )
+        del made
+        return found[:count].copy(), far[:count].copy()
+
+
+def free_places(
+    lower: Any, upper: Any, centres: Any, size: Any, middle: Any, start: Any, margin: float,
+    limits: Any, levels: Any, ways: Any, most: int,
+) -> Any:  # fmt: skip
+    """Lower corners of places of one side of a box, (K, 3): ``sl_free_places``, for arguments."""
+    found, count, heights = np.empty((most, 3)), count_of("lower", lower), count_of("levels", levels)
+    of_others = [
+        array(name, values, count, 3)
+        for name, values in (("lower", lower), ("upper", upper), ("centres", centres))
+    ]
+    own = [
+        array(name, values, 3)
+        for name, values in (("size", size), ("middle", middle), ("start", start))
+    ]
+    wanted = _wanted(margin, limits, ways, most)
+    made = LIBRARY.sl_free_places(
+        work(), count, *of_others, *own, ct.addressof(wanted), heights,
+        array("levels", levels, heights), found.ctypes.data,
+    )  # fmt: skip
+    return found[: counted(made, "places of a box")]
+
+
+def _wanted(margin: float, limits: Any, ways: Any, most: int) -> _WantedInC:
+    return _WantedInC(array("limits", limits, 10), array("ways", ways, 3), margin, most)
+
+
+class Loaded(NamedTuple):
+    """The boxes that are loaded, in order, and those that wait."""
+
+    order: tuple[int, ...]
+    stuck: tuple[int, ...]
+
+
+class Loading:
+    """Boxes loaded at given places, each as soon as it stands, in nearly the order of a plan.
+
+    Args:
+        limits: see :class:`steadyload.core.session.Session`.
+        boxes: of the plan.
+
+    Attributes:
+        session: what is loaded, to be read.
+    """
+
+    def __init__(self, limits: Sequence[float], boxes: Boxes) -> None:
+        numbers = np.array(limits, dtype=np.float64)
+        made = HELD.sl_loading_new(array("limits", numbers, 11), boxes.count)
+        self._kept, self._boxes = Kept(made, HELD.sl_loading_free), boxes
+        self._loading, count = self._kept.address, boxes.count
+        self.session = Reading(HELD.sl_loading_session(self._loading))
+        self._order, self._stuck = np.empty(count, np.int32), np.empty(count, np.int32)
+        self._counts = np.empty(2, np.int32)
+
+    def begin(self, places: Any, margins: Any, refused: Any, first: int) -> None:
+        """Go back to before the first change: ``sl_load_begin``.
+
+        Args:
+            places: of all boxes, (J, 4).
+            margins: of all boxes [cm], (J,).
+            refused: places at which a box does not stand: its number and the place, (R, 5).
+            first: a box; go back to before its turn at the latest.
+        """
+        wishes = self._wishes(places, margins, refused)
+        ended = HELD.sl_load_begin(
+            self._loading, self._boxes.address, ct.addressof(wishes), first
+        )
+        ended_well(ended, "boxes to load")
+
+    def load(self, places: Any, margins: Any, refused: Any, *, reorder: bool, looks: bool) -> bool:
+        """Let all boxes that had no turn yet have theirs; False where it is first to be said
+        whether one stays: ``sl_load``.
+        """
+        wishes = self._wishes(places, margins, refused)
+        ended = HELD.sl_load(
+            self._loading, self._boxes.address, ct.addressof(wishes), reorder, looks
+        )
+        return ended_well(ended, "boxes to load") == STANDS
+
+    @property
+    def looked_at(self) -> int:
+        """The box of which it is to be said whether it stays, -1 for none."""
+        return int(HELD.sl_looked_at(self._loading))
+
+    def say(self, stays: bool, *, reorder: bool) -> None:
+        """Whether that box stays: ``sl_said``."""
+        ended_well(HELD.sl_said(self._loading, stays, reorder), "an answer that nothing asked for")
+
+    def loaded(self) -> Loaded:
+        """What is loaded, and what waits: ``sl_loaded``."""
+        addresses = [a.ctypes.data for a in (self._order, self._stuck, self._counts)]
+        HELD.sl_loaded(self._loading, *addresses)
+        loaded, stuck = self._counts.tolist()
+        return Loaded(
+            tuple(self._order[:loaded].tolist()), tuple(self._stuck[:stuck].tolist())
+        )
+
+    def tried(self) -> Any:
+        """Where boxes were tried, and their margins, (J, 5): ``sl_tried``."""
+        found = np.empty((self._boxes.count, 5))
+        HELD.sl_tried(self._loading, found.ctypes.data)
+        return found
+
+    def first_standing(
+        self, box: int, places: Any, margin: float, wishes: tuple[Any, Any, Any], most: int
+    ) -> Any:
+        """The numbers of the first of some places (K, 4) at which a box would stand:
+        ``sl_first_standing``.
+
+        Args:
+            box: it is not loaded.
+            places: to be looked at.
+            margin: [cm].
+            wishes: places, margins and refused ones as of :meth:`begin`.
+            most: places that are looked for.
+        """
+        count, found = count_of("places", places), np.empty(most, np.int32)
+        given = self._wishes(*wishes)
+        made = HELD.sl_first_standing(
+            self._loading, self._boxes.address, ct.addressof(given), box, margin, count,
+            array("places", places, count, 4), most, found.ctypes.data,
+        )  # fmt: skip
+        return found[: counted(made, "places of a box")]
+
+    def _wishes(self, places: Any, margins: Any, refused: Any) -> _WishesInC:
+        count, refusals = self._boxes.count, count_of("refused", refused)
+        return _WishesInC(
+            array("places", places, count, 4), array("margins", margins, count), refusals,
+            array("refused", refused, refusals, 5),
+        )  # fmt: skip
