@@ -6,7 +6,7 @@
    would tip or fall within the time of a label. No equilibrium is solved: where forces could be
    shared otherwise, this reports an instability that is none. */
 #include "elementary.h"
-#include "features.h"
+#include "learned.h"
 
 #define SECONDS 0.3    /* [s] that a label gives a box to fall */
 #define GRAVITY 980.0  /* [cm/s2] */

@@ -1,6 +1,6 @@
 /* Trained networks over one layout: LSTM layers and the decision, step by step. */
 #include "elementary.h"
-#include "features.h"
+#include "learned.h"
 
 typedef float Four __attribute__((vector_size(16), aligned(4), may_alias)); /* anywhere in memory */
 

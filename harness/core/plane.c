@@ -1,5 +1,5 @@
 /* Margins and pressures in the horizontal plane. */
-#include "features.h"
+#include "learned.h"
 
 #define ROUNDS 6 /* of leaving out points that would pull */
 

@@ -1,6 +1,6 @@
 /* How far a box that tips, or that nothing supports, gets until something is in its way. */
 #include "elementary.h"
-#include "features.h"
+#include "learned.h"
 
 #define RIGHT (3.141592653589793 / 2.0) /* angle [rad] that means: nothing is in the way */
 

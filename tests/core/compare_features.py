@@ -46,7 +46,7 @@ class Given(NamedTuple):
 
 
 class Library:
-    """The functions of features.h, on NumPy arrays."""
+    """The functions of learned.h, on NumPy arrays."""
 
     def __init__(self, path: Path) -> None:
         self._c = ctypes.CDLL(str(path))

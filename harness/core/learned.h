@@ -4,8 +4,8 @@
    A layout of J boxes is given as in steadyload.h. Row j of what is filled depends on boxes 0 to j
    alone. Any numbers are safe; features of layouts that sl_check refuses have no meaning. Matrices
    are row by row; those of a network are of float. */
-#ifndef SL_FEATURES_H
-#define SL_FEATURES_H
+#ifndef STEADYLOAD_LEARNED_H
+#define STEADYLOAD_LEARNED_H
 
 #include "internal.h"
 

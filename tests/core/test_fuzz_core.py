@@ -1,0 +1,60 @@
+"""The C library under sanitizers, with any numbers: for longer, `fuzz 60` as built here."""
+
+import importlib.util
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+HERE = Path(__file__).parent
+CORE = HERE.parents[1] / "harness" / "core"
+SANITIZERS = ("-fsanitize=undefined,address", "-fno-sanitize-recover=all")
+
+
+def _build(into: Path, *sources: Path) -> subprocess.CompletedProcess[str]:
+    compiler = os.environ.get("CC", "").split() or [
+        next(filter(None, map(shutil.which, ("cc", "gcc", "clang"))), "")
+    ]
+    if not compiler[0]:
+        pytest.skip("there is no C compiler")
+    flags = [flag for flag in _building().FLAGS if not flag.startswith("-O")]
+    how = [*flags, "-O1", "-g", *SANITIZERS, "-DSL_EACH", "-iquote", str(CORE)]
+    command = [*compiler, *how, *map(str, sources), "-o", str(into), "-lm"]
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+def _building():
+    if "steadyload.core.building" in sys.modules:
+        return sys.modules["steadyload.core.building"]
+    spec = importlib.util.spec_from_file_location("building", CORE / "building.py")
+    building = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(building)
+    return building
+
+
+@pytest.fixture(scope="module")
+def fuzz(tmp_path_factory):
+    """The driver, built with the library and with sanitizers."""
+    folder = tmp_path_factory.mktemp("fuzz")
+    empty = folder / "empty.c"
+    empty.write_text("int main(void) { return 0; }\n")
+    tried = _build(folder / "empty", empty)
+    if tried.returncode or subprocess.run([folder / "empty"], check=False).returncode:
+        pytest.skip("the C compiler has no sanitizers")
+    built = _build(folder / "fuzz", HERE / "fuzz.c", *sorted(CORE.glob("*.c")))
+    assert built.returncode == 0, built.stderr
+    return folder / "fuzz"
+
+
+def test_any_numbers_get_an_answer_and_touch_no_memory_of_others(fuzz):
+    ran = subprocess.run([fuzz, "2"], capture_output=True, text=True, check=False)
+    assert ran.returncode == 0, ran.stdout + ran.stderr
+    layouts, *_ = ran.stdout.split()
+    assert int(layouts) > 100
+    ended = [int(number) for number in ran.stdout.rsplit("ended:", 1)[1].split()]
+    stands, fails, _, outside, overlaps, *others = ended
+    assert all((stands, fails, outside, overlaps))
+    assert not any(others)
