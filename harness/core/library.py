@@ -108,9 +108,7 @@ def work() -> int:
     return int(kept.address)
 
 
-def array(
-    name: str, given: Any, *shape: int, kind: Any = np.float64, written: bool = False
-) -> int:
+def array(name: str, given: Any, *shape: int, kind: Any = np.float64, written: bool = False) -> int:
     """The address of an array that has to be as C takes it.
 
     Args:
@@ -162,8 +160,7 @@ def ended_well(ended: int, what: str) -> int:
 
 
 def counted(found: int, what: str) -> int:
-    """How many a call found: below 0 says how it ended without an answer, as of :func:`ended_well`.
-    """
+    """How many a call found; below 0, how it ended without an answer: see :func:`ended_well`."""
     if found < 0:
         ended_well(-found, what)
     return found

@@ -13,6 +13,7 @@ from steadyload.core.library import (
     LIBRARY,
     STANDS,
     Kept,
+    RefusedError,
     array,
     count_of,
     counted,
@@ -99,18 +100,16 @@ class Boxes:
             turns: 2 where it may be turned, else 1.
             most: see ``sl_wanted``.
         """
+        if turns not in (1, 2) or most < 0:
+            raise RefusedError("a box has 1 or 2 sides, and no fewer places than none")
         found, far = np.empty((turns * most, 4)), np.empty(turns * most)
-        given = (
-            array("places", places, self.count, 4), array("without", without, self.count, kind=bool),
+        wanted = _wanted(margin, limits, ways, most)
+        count = LIBRARY.sl_places_among(
+            work(), self.address, array("places", places, self.count, 4),
+            array("without", without, self.count, kind=bool), box, ct.addressof(wanted), turns,
+            found.ctypes.data, far.ctypes.data,
         )  # fmt: skip
-        wanted = ct.addressof(made := _wanted(margin, limits, ways, most))
-        count = counted(
-            LIBRARY.sl_places_among(
-                work(), self.address, *given, box, wanted, turns, found.ctypes.data, far.ctypes.data
-            ),
-            "places of a box",
-        )
-        del made
+        counted(count, "places of a box")
         return found[:count].copy(), far[:count].copy()
 
 
@@ -119,7 +118,11 @@ def free_places(
     limits: Any, levels: Any, ways: Any, most: int,
 ) -> Any:  # fmt: skip
     """Lower corners of places of one side of a box, (K, 3): ``sl_free_places``, for arguments."""
-    found, count, heights = np.empty((most, 3)), count_of("lower", lower), count_of("levels", levels)
+    found, count, heights = (
+        np.empty((most, 3)),
+        count_of("lower", lower),
+        count_of("levels", levels),
+    )
     of_others = [
         array(name, values, count, 3)
         for name, values in (("lower", lower), ("upper", upper), ("centres", centres))
@@ -163,7 +166,7 @@ class Loading:
         made = HELD.sl_loading_new(array("limits", numbers, 11), boxes.count)
         self._kept, self._boxes = Kept(made, HELD.sl_loading_free), boxes
         self._loading, count = self._kept.address, boxes.count
-        self.session = Reading(HELD.sl_loading_session(self._loading))
+        self.session = Reading(HELD.sl_loading_session(self._loading), self._kept)
         self._order, self._stuck = np.empty(count, np.int32), np.empty(count, np.int32)
         self._counts = np.empty(2, np.int32)
 
@@ -177,9 +180,7 @@ class Loading:
             first: a box; go back to before its turn at the latest.
         """
         wishes = self._wishes(places, margins, refused)
-        ended = HELD.sl_load_begin(
-            self._loading, self._boxes.address, ct.addressof(wishes), first
-        )
+        ended = HELD.sl_load_begin(self._loading, self._boxes.address, ct.addressof(wishes), first)
         ended_well(ended, "boxes to load")
 
     def load(self, places: Any, margins: Any, refused: Any, *, reorder: bool, looks: bool) -> bool:
@@ -206,9 +207,7 @@ class Loading:
         addresses = [a.ctypes.data for a in (self._order, self._stuck, self._counts)]
         HELD.sl_loaded(self._loading, *addresses)
         loaded, stuck = self._counts.tolist()
-        return Loaded(
-            tuple(self._order[:loaded].tolist()), tuple(self._stuck[:stuck].tolist())
-        )
+        return Loaded(tuple(self._order[:loaded].tolist()), tuple(self._stuck[:stuck].tolist()))
 
     def tried(self) -> Any:
         """Where boxes were tried, and their margins, (J, 5): ``sl_tried``."""

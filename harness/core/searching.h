@@ -144,6 +144,17 @@ SL_API int32_t sl_free_places(sl_work *work, int32_t count, const double *lower,
                               const double *middle, const double *start, const sl_wanted *wanted,
                               int32_t level_count, const double *levels, double *found);
 
+/* Vertical contacts of a layout: boxes that stand on the floor with all of their base, not 0 (J);
+   the patches that box j stands on are starts[j] to starts[j + 1] (J + 1), the boxes on it
+   above_starts[j] to above_starts[j + 1] (J + 1). For all patches what is below, -1 for the floor
+   (room), x0, z0, x1, z1 [cm] (room, 4), and the boxes that are above others (room): both in
+   ascending order for every box. How many patches there are, where these are more than `room` none
+   are written; or -SL_MEMORY, or -SL_REFUSED. */
+SL_API int32_t sl_contacts(sl_work *work, int32_t count, const double *lower, const double *upper,
+                           const double *floor, uint8_t *on_floor, int32_t *starts,
+                           int32_t *above_starts, int32_t room, int32_t *below, double *patches,
+                           int32_t *above);
+
 /* By how much all contact patches of a layout may be drawn in on every side with every step still
    balanced, to 0.001 cm, up to `most` [cm], 0 to 1e6. `found`: the margin is its number, with the step at
    which it is smallest and the item that is the first to lose its balance there, both -1 where it is

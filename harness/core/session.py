@@ -52,10 +52,11 @@ class Reading:
 
     Args:
         address: of the session.
+        kept: what frees it; it is not freed as long as it can be read.
     """
 
-    def __init__(self, address: int) -> None:
-        self._session = address
+    def __init__(self, address: int, kept: Kept) -> None:
+        self._session, self._kept = address, kept
 
     def __len__(self) -> int:
         return int(HELD.sl_session_count(self._session))
@@ -68,7 +69,8 @@ class Reading:
     def boxes(self, first: int = 0) -> Boxes:
         """Copies of the boxes from one of them on."""
         count = max(len(self) - first, 0)
-        found = Boxes(*(np.empty((count, 3)) for _ in range(3)), np.empty(count))
+        corners = np.empty((3, count, 3))
+        found = Boxes(corners[0], corners[1], corners[2], np.empty(count))
         addresses = [values.ctypes.data for values in found]
         ended_well(HELD.sl_session_boxes(self._session, first, count, *addresses), "first")
         return found
@@ -134,9 +136,10 @@ class Session(Reading):
         return other
 
     def _keep(self, made: int | None) -> None:
-        self._kept = Kept(made, HELD.sl_session_free)
-        super().__init__(self._kept.address)
-        self._next, self._found = np.zeros(10), np.zeros(1, FINDING)
+        kept = Kept(made, HELD.sl_session_free)
+        super().__init__(kept.address, kept)
+        self._next: Any = np.zeros(10)
+        self._found: Any = np.zeros(1, FINDING)
         self._box_at, self._found_at = self._next.ctypes.data, self._found.ctypes.data
 
     def _write(self, box: Sequence[float]) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from steadyload.core.library import (
     RefusedError,
     array,
     count_of,
+    counted,
     ended_well,
     work,
 )
@@ -48,7 +49,10 @@ def judge_many(
         offsets: likewise.
         floors: likewise.
     """
-    (count, *boxes), layouts = _boxes(lower, upper, weights, offsets), count_of("starts", starts) - 1
+    (count, *boxes), layouts = (
+        _boxes(lower, upper, weights, offsets),
+        count_of("starts", starts) - 1,
+    )
     first = array("starts", starts, layouts + 1, kind=np.int32)
     of_floors = array("floors", floors, layouts, 5)
     if layouts < 0 or starts[0] < 0 or starts[-1] > count or (np.diff(starts) < 0).any():
@@ -73,6 +77,43 @@ def margin(most: float, lower: Any, upper: Any, weights: Any, offsets: Any, floo
     at = array("floor", floor, 5)
     ended_well(LIBRARY.sl_margin(work(), most, *boxes, at, found.ctypes.data), "a margin")
     return _finding(found)
+
+
+class Contacts(NamedTuple):
+    """Vertical contacts of a layout: see ``sl_contacts``; (J,), (J + 1,) and (P,) or (P, 4)."""
+
+    on_floor: Any
+    starts: Any
+    below: Any
+    patches: Any
+    above_starts: Any
+    above: Any
+
+
+def contacts(lower: Any, upper: Any, floor: Any) -> Contacts:
+    """Which boxes stand on which, and where: ``sl_contacts``."""
+    count = count_of("lower", lower)
+    given = array("lower", lower, count, 3), array("upper", upper, count, 3)
+    at, room = array("floor", floor, 5), 4 * count
+    on_floor = np.empty(count, np.bool_)
+    starts, above_starts = np.empty((2, count + 1), np.int32)
+    whole = on_floor.ctypes.data, starts.ctypes.data, above_starts.ctypes.data
+    while True:
+        below, patches, above = (
+            np.empty(room, np.int32),
+            np.empty((room, 4)),
+            np.empty(room, np.int32),
+        )
+        size = LIBRARY.sl_contacts(
+            work(), count, *given, at, *whole, room, below.ctypes.data, patches.ctypes.data,
+            above.ctypes.data,
+        )  # fmt: skip
+        if counted(size, "the contacts of a layout") <= room:
+            carried = int(above_starts[-1])
+            return Contacts(
+                on_floor, starts, below[:size], patches[:size], above_starts, above[:carried]
+            )
+        room = size
 
 
 def _boxes(lower: Any, upper: Any, weights: Any, offsets: Any) -> tuple[int, int, int, int, int]:

@@ -1,8 +1,8 @@
 """Compare the searches in C with those of numba, bit for bit, on random and on shipped layouts.
 
-``python tests/core/compare_searching.py [PART ...] [--share S] [--seed N]``; a part is margins,
-sessions, searches, places, energy or squares, none means all. Prints for each how many layouts and
-numbers were compared, and how many differ; the exit status is 1 where one does.
+``python tests/core/compare_searching.py [PART ...] [--share S] [--seed N]``; a part is one of
+``PARTS``, none means all. Prints for each how many layouts and numbers were compared, and how many
+differ; the exit status is 1 where one does.
 """
 
 from __future__ import annotations
@@ -82,8 +82,10 @@ def stack(rng, most):
     if rng.random() < 0.15:  # odd orders: some are pushed below others
         order = rng.permutation(count)
         low, high = low[order], high[order]
-    weights = np.round(rng.uniform(1, 30, count)) if rng.random() < 0.5 else (
-        10 ** rng.uniform(-2, 3, count)
+    weights = (
+        np.round(rng.uniform(1, 30, count))
+        if rng.random() < 0.5
+        else (10 ** rng.uniform(-2, 3, count))
     )
     offsets = np.zeros((count, 3))
     if rng.random() < 0.5:
@@ -151,6 +153,16 @@ def margins(tally, share, seed):
         found = whole.margin(most, *given)
         tally.same("how", [ended, step, item], [found.ended, found.step, found.item])
         tally.same("margin", [float(margin)], [found.number])
+
+
+def contacts(tally, share, seed):
+    """Who stands on whom."""
+    for lower, upper, *_, floor in both(share, seed + 60, 1500, 40, 20):
+        tally.layouts += 1
+        given = fixed(lower), fixed(upper), fixed(floor)
+        want, found = kernels.contacts.contacts_of(*given), whole.contacts(*given)
+        for name in found._fields:
+            tally.same(name, getattr(want, name), getattr(found, name))
 
 
 class Growing:
@@ -272,9 +284,7 @@ class Order:
         self.turns, self.how = tuple(loads.no_turns(len(boxes.weights))), (reorder, looks)
 
     def begin(self, places, margins, refused, first):
-        loads.begin(
-            self.grown.kept, self.boxes, self.turns, places, margins, refused, first
-        )
+        loads.begin(self.grown.kept, self.boxes, self.turns, places, margins, refused, first)
 
     def load(self, places, margins, refused, stays):
         while True:
@@ -361,8 +371,8 @@ def searches(tally, share, seed):
                 own, most = float(rng.choice([0.05, 0.5])), int(rng.integers(1, 5))
                 want = one.first_standing(box, free[:300], own, refused, most)
                 wishes = places, margin, refused
-                tally.same("standing", want,
-                           other.first_standing(box, free[:300].copy(), own, wishes, most))  # fmt: skip
+                found = other.first_standing(box, free[:300].copy(), own, wishes, most)
+                tally.same("standing", want, found)
             places, margin = places.copy(), margin.copy()
             if len(free):
                 places[box] = free[min(int(rng.geometric(0.2)) - 1, len(free) - 1)]
@@ -481,8 +491,59 @@ def squares(tally, share, seed):
         tally.same("ended", [bool(ended)], [found[2]])
 
 
+def nonsense(tally, share, seed):
+    """Numbers that mean nothing: all ends, and a build with sanitizers finds no fault."""
+    rng = np.random.default_rng(seed + 7)
+    odd = np.array([np.nan, np.inf, -np.inf, -1.0, 0.0, -0.0, 5e-324, 1e300, -1e300, 1e9, 0.5])
+
+    def spoilt(array):
+        made = np.array(array, dtype=float)
+        many = rng.random(made.shape) < float(rng.choice([0.02, 0.2, 1.0]))
+        made[many] = rng.choice(odd, int(many.sum()))
+        return made if rng.random() < 0.7 else np.array(array, dtype=float)
+
+    np.seterr(all="ignore")
+    for arrays in random_ones(int(1500 * share), seed + 50, 10):
+        tally.layouts += 1
+        lower, upper, weights, offsets, floor = map(spoilt, arrays)
+        whole.contacts(lower, upper, floor)
+        limits, count = spoilt(limits_of(*arrays[:2], arrays[4])), len(weights)
+        whole.margin(float(rng.choice([0.0, 10.0, 1e6])), lower, upper, weights, offsets, floor)
+        held = session.Session(limits.tolist())
+        for low, high, weight, offset in zip(lower, upper, weights, offsets, strict=True):
+            box = [*low, *(high - low), *offset, weight]
+            held.place(box, int(rng.integers(3)), float(rng.choice([*odd, 0.5])))
+            held.put(box)
+            held.near(low.copy(), high.copy(), float(rng.choice(odd)))
+        held.copy().cut(int(rng.integers(-2, 4)))
+        boxes = loading.Boxes(*map(spoilt, plan_of((lower, upper, weights, offsets, floor))))
+        order, refused = loading.Loading(limits.tolist(), boxes), spoilt(rng.random((3, 5)))
+        for _ in range(3):
+            places, margin = spoilt(plan_of(arrays).planned), spoilt(np.zeros(count))
+            order.begin(places, margin, refused, int(rng.integers(count + 2)))
+            while not order.load(places, margin, refused, reorder=True, looks=True):
+                order.say(rng.random() < 0.8, reorder=True)
+            box, ways, turns = int(rng.integers(count)), spoilt([np.inf, -np.inf, np.inf]), 2
+            found, _ = boxes.places_among(
+                places, rng.random(count) < 0.1, box, float(rng.choice(odd)), limits[:10].copy(),
+                ways, turns, 200,
+            )  # fmt: skip
+            order.first_standing(box, spoilt(found), 0.5, (places, margin, refused), 3)
+            boxes.cost(places)
+        columns = spoilt(rng.normal(size=(5, 4)))
+        forces.least_squares(columns, spoilt(np.ones(4)))
+        starts = np.array([0, 2, 3, 3], np.int32), np.arange(0, 13, 3).astype(np.int32)
+        held = forces.Energy(
+            starts[0], np.array([1, 2, 2], np.int32), spoilt(np.full(3, 1e-12)), starts[1],
+            np.tile(np.arange(3, dtype=np.int32), 4), spoilt(rng.normal(size=12)),
+            spoilt([1.0, 0.0, 0.0]), rng.random(4) < 0.5,
+        )  # fmt: skip
+        held.pulls(np.arange(4, dtype=np.int32), np.arange(3, dtype=np.int32))
+
+
 PARTS = {
-    part.__name__: part for part in (margins, sessions, searches, places, energy, squares)
+    part.__name__: part
+    for part in (contacts, margins, sessions, searches, places, energy, squares, nonsense)
 }
 
 
