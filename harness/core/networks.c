@@ -4,33 +4,22 @@
 
 typedef float Four __attribute__((vector_size(16), aligned(4), may_alias)); /* anywhere in memory */
 
-static Four four_at(const float *of) { return *(const Four *)of; }
-
-/* Adds vector @ matrix to so many parts of four sums (at most four), at whose columns it begins:
-   four rows at a time, every sum rounded as in a loop over rows. */
-static inline void add_columns(const float *vector, int32_t count, const float *matrix,
-                               size_t width, size_t parts, float *sums) {
-    int32_t whole = count - count % 4;
-    Four sum[4];
-    for (size_t p = 0; p < parts; p++) sum[p] = four_at(sums + 4 * p);
-    for (int32_t k = 0; k < whole; k += 4, matrix += 4 * width)
-        for (size_t p = 0; p < parts; p++) {
-            const float *at = matrix + 4 * p;
-            sum[p] += vector[k] * four_at(at) + vector[k + 1] * four_at(at + width) +
-                      vector[k + 2] * four_at(at + 2 * width) +
-                      vector[k + 3] * four_at(at + 3 * width);
-        }
-    for (int32_t k = whole; k < count; k++, matrix += width)
-        for (size_t p = 0; p < parts; p++) sum[p] += vector[k] * four_at(matrix + 4 * p);
-    for (size_t p = 0; p < parts; p++) *(Four *)(sums + 4 * p) = sum[p];
-}
-
-/* Adds vector (count) @ matrix (count, width) to sums (width, a multiple of four). */
+/* Adds vector (count) @ matrix (count, width) to sums (width, a multiple of four), four rows at a
+   time; every sum by itself is rounded as in a loop over columns. */
 static void add_product(const float *vector, int32_t count, const float *matrix, size_t width,
                         float *sums) {
-    size_t m = 0;
-    for (; m + 16 <= width; m += 16) add_columns(vector, count, matrix + m, width, 4, sums + m);
-    for (; m < width; m += 4) add_columns(vector, count, matrix + m, width, 1, sums + m);
+    int32_t k = 0;
+    for (; k + 4 <= count; k += 4, matrix += 4 * width) {
+        const float *b = matrix + width, *c = b + width, *d = c + width, *v = vector + k;
+        Four all[4];
+        for (int n = 0; n < 4; n++) all[n] = (Four){v[n], v[n], v[n], v[n]};
+        for (size_t m = 0; m < width; m += 4)
+            *(Four *)(sums + m) +=
+                all[0] * *(const Four *)(matrix + m) + all[1] * *(const Four *)(b + m) +
+                all[2] * *(const Four *)(c + m) + all[3] * *(const Four *)(d + m);
+    }
+    for (; k < count; k++, matrix += width)
+        for (size_t m = 0; m < width; m++) sums[m] += vector[k] * matrix[m];
 }
 
 int32_t sl_run_layer(sl_work *work, int32_t steps, int32_t columns, int32_t width,

@@ -79,27 +79,36 @@ class Library:
         """Number of first boxes that are within."""
         return int(self._c.sl_inside(len(quantities), _at(quantities), _at(least), _at(most)))
 
-    def calls_of(self, network: Network, rows: Any) -> list[Callable[[], Any]]:
-        """What fills the states of every layer, and at last the probabilities."""
-        calls, arrays = [], []
-        for layer in network._layers:
-            width = len(layer.recurrent)
-            out, state = np.empty((len(rows), width), np.float32), np.zeros((2, width), np.float32)
-            arrays += [rows, state, out]
-            weights = (_at(a) for a in (rows, layer.inward, layer.recurrent, layer.bias))
-            args = (self._work, *rows.shape, width, *weights, _at(state), _at(out))
-            calls.append(partial(self._c.sl_run_layer, *args))
+    def start(self, network: Network) -> list[Any]:
+        """Outputs and cells of all layers before the first step."""
+        widths = [len(layer.recurrent) for layer in network._layers]
+        return [np.zeros((2, width), np.float32) for width in widths]
+
+    def calls_of(self, network: Network, rows: Any, states: list[Any]) -> list[Callable[[], Any]]:
+        """What fills the outputs of every layer, and at last the probabilities."""
+        calls: list[Callable[[], Any]] = []
+        for layer, state in zip(network._layers, states, strict=True):
+            out = np.empty((len(rows), state.shape[1]), np.float32)
+            arrays = (rows, layer.inward, layer.recurrent, layer.bias, state, out)
+            sizes = (*rows.shape, state.shape[1])
+            calls.append(partial(self._c.sl_run_layer, self._work, *sizes, *map(_at, arrays)))
             rows = out
-        arrays.append(np.empty(len(rows), np.float32))
+        found = np.empty(len(rows), np.float32)
         last = ctypes.c_double(network._last)
-        args = (*rows.shape, _at(rows), _at(network._head), last, _at(arrays[-1]))
+        args = (*rows.shape, _at(rows), _at(network._head), last, _at(found))
         calls.append(partial(self._c.sl_decide, *args))
-        calls.append(lambda: arrays[-1])
+        calls.append(lambda: found)
         return calls
 
-    def chances(self, network: Network, rows: Any) -> Any:
-        """See :meth:`Network.probabilities`."""
-        return [call() for call in self.calls_of(network, rows)][-1]
+    def chances(self, network: Network, rows: Any, pieces: int = 1) -> Any:
+        """See :meth:`Network.probabilities`; with pieces, each goes on where the last one ended."""
+        states, found = self.start(network), []
+        for piece in np.array_split(rows, pieces):
+            *calls, answer = self.calls_of(network, np.ascontiguousarray(piece), states)
+            for call in calls:
+                call()
+            found.append(answer())
+        return np.concatenate(found)
 
     def call_of(self, given: Given, kind: FeatureKind) -> Callable[[], Any]:
         """What fills features, again and again."""
@@ -284,6 +293,8 @@ def compare(library: Library, layouts: Iterator[Given], members: list[list[Netwo
                 verdict_of([library.chances(network, rows[kind]) for network in networks]),
                 verdict_of([network.probabilities(as_rows[kind]) for network in networks]),
             )
+            parts = library.chances(networks[0], rows[kind], pieces=2)
+            count.add("in two parts", parts, library.chances(networks[0], rows[kind]))
     return count
 
 
@@ -308,7 +319,7 @@ def times(library: Library, layouts: list[Given], title: str) -> None:
         print(f"{title}: features, {kind}: {_best({'C': c, 'numba': numba})}", flush=True)
     network = load_weights("lstm_1").networks[0]
     rows = [features_of(*given, FeatureKind.SUPPORT) for given in layouts]
-    kept = [library.calls_of(network, each) for each in rows]
+    kept = [library.calls_of(network, each, library.start(network)) for each in rows]
     ways = {
         "C": [partial(lambda calls: [call() for call in calls], calls) for calls in kept],
         "numba": [partial(network.probabilities, each) for each in rows],
