@@ -47,7 +47,7 @@ int find_wrenches(sl_work *work, Motion *m) {
     if (!m->sources || !m->forces || !m->bodies || !m->wrenches || !m->parts) return SL_MEMORY;
     int32_t column = 0;
     for (int32_t k = 0; k < p->count; k++) {
-        if (p->gaps[k] > TOUCH) continue;
+        if (!(p->gaps[k] <= TOUCH)) continue;
         int edges = edges_at(m, k);
         for (int edge = 0; edge < edges; edge++, column++) {
             double *force = m->forces[column];

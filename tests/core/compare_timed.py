@@ -257,6 +257,26 @@ def loading_by_steps(library, tally, arrays, how, where, limit=np.inf):
     ours.free()
 
 
+def loading_at_once(library, tally, arrays, how, draw, where):
+    """Several steps a call, until something comes too far."""
+    ours, numba = Timed(library, arrays), kernels.timed_balance.begin(*arrays)
+    given = tuple(getattr(how, n) for n, _ in How._fields_)
+    first, found = 0, Moved()
+    while first < len(arrays[2]):
+        end = int(draw.integers(first, len(arrays[2]) + 1))
+        library.sl_timed_first(ours.handle, first, end, ct.byref(how), ct.byref(found))
+        ended, step, item, shift, turn = kernels.timed_balance.first_moved(
+            numba, first, end, *given
+        )
+        tally.take("at once", (found.ended, found.step, found.item), (ended, step, item), where)
+        tally.take("at once", (found.shift, found.turn), (shift, turn), where)
+        compare_state(tally, ours, numba, where)
+        if ended != 0:
+            break
+        first = end
+    ours.free()
+
+
 def among_moving(library, tally, arrays, margin, how, draw, where):
     """As simulations among what moves use it: patches drawn in, answers that come from elsewhere."""
     ours, numba = Timed(library, arrays, margin), kernels.timed_balance.begin(*arrays)
@@ -444,6 +464,25 @@ def random_layout(draw, most):
     return fixed(lower, upper, weights, offsets, floor)
 
 
+def bridged(draw):
+    """Two plates joined by a bridge; a bar on one of them comes down onto a prop; then more boxes,
+    of which many neither load nor meet what moves.
+    """
+    rows = [
+        (0, 0, 0, 40, 20, 40), (100, 0, 0, 40, 20, 40), (0, 20, 0, 40, 10, 40),
+        (100, 20, 0, 40, 10, 40), (30, 30, 0, 80, 5, 10),
+        (0, 0, 90, 10, 30 - draw.choice([0.5, 1.0, 3.0]), 10), (0, 30, 20, 10, 5, 80),
+    ]  # fmt: skip
+    for _ in range(int(draw.integers(1, 5))):
+        x = draw.choice([0.0, 10.0, 20.0, 30.0, 100.0, 110.0, 120.0, 130.0, 137.0])
+        taken = [k for k, row in enumerate(rows[7:]) if row[0] == x]
+        rows.append((x, 30 + 5 * len(taken), 20 if x else 90 - 20 * len(taken), 10, 5, 10))
+    table = np.array(rows, dtype=float)
+    count = len(table)
+    return fixed(table[:, :3], table[:, :3] + table[:, 3:], draw.uniform(1.0, 9.0, count),
+                 np.zeros((count, 3)), [-np.inf, -np.inf, np.inf, np.inf, 0.0])  # fmt: skip
+
+
 def fixed(*arrays):
     made = tuple(np.array(each, dtype=float, order="C") for each in arrays)
     for each in made:
@@ -485,7 +524,9 @@ def a_layout(library, work, tally, arrays, draw, where):
     how = HOWS[int(draw.integers(len(HOWS)))] if draw.random() < 0.5 else HOWS[0]
     limit = float(draw.choice([1e4, 1e4, 1e4, 50.0]))
     part = draw.integers(8)
-    if part < 4:
+    if part == 0:
+        loading_at_once(library, tally, arrays, how, draw, where)
+    elif part < 4:
         loading_by_steps(library, tally, arrays, how, where, limit)
     elif part < 6:
         margin = float(draw.choice([0.0, 0.01, 0.5, 2.0]))
@@ -515,12 +556,38 @@ def sides(library, work, tally, draw, count):
         friction.nonnegative_least_squares = motion.nonnegative_least_squares = kept
 
 
+def bad_numbers(library, work, draw):
+    """Layouts of which some numbers have no meaning, any group: for sanitizers, nothing is compared."""
+    bad = np.array([np.nan, np.inf, -np.inf, 1e308, -1e308, 5e-324, 0.0, -0.0, -1.0, 1e-300])
+    arrays = [np.array(each) for each in random_layout(draw, 9)]
+    for each in (*arrays, *([arrays[0]] * 2)):
+        some = draw.random(each.shape) < draw.choice([0.0, 0.02, 0.3])
+        each[some] = draw.choice(bad, some.sum())
+    how = How(*(draw.choice([0.5, 1.0, 10.0, *bad]) for _ in range(5)))
+    if draw.random() < 0.5:
+        how = HOWS[int(draw.integers(len(HOWS)))]
+    count, margin = len(arrays[2]), float(draw.choice([0.0, 0.5, np.nan, np.inf, -1.0]))
+    ours, held = Timed(library, arrays, margin), library.sl_held_new(count, *map(at, arrays), margin)
+    ours.work[1] = draw.choice([np.inf, 100.0, np.nan])
+    item = INT()
+    for step in draw.integers(-1, count + 1, 2 * count) if draw.random() < 0.3 else range(count):
+        ours.place(int(step), how)
+        who = draw.integers(0, count, int(draw.integers(0, count + 1)))
+        ours.moved(int(step), np.unique(who) if draw.random() < 0.9 else who, how)
+        library.sl_held_place(held, int(step), ct.byref(item))
+        library.sl_timed_group(ours.handle, int(step), ct.byref(item), ct.byref(INT()), at(ours.group))
+    library.sl_held_free(held)
+    ours.free()
+    library.sl_first_moved(work, count, *map(at, arrays), 1e4, ct.byref(how), ct.byref(Moved()))
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--random", type=int, default=20000)
     parser.add_argument("--boxes", type=int, default=9)
     parser.add_argument("--shipped", type=int, default=120)
     parser.add_argument("--sides", type=int, default=60)
+    parser.add_argument("--bad", type=int, default=0, help="layouts without a meaning, not compared")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--library", type=Path)
     given = parser.parse_args()
@@ -531,12 +598,14 @@ def main():
         for seconds in draw.uniform(0.001, 60.0, 1000):
             tally.take("thin side", library.sl_thin_side(G, seconds),
                        kernels.group_forces.thin_side(G, seconds))  # fmt: skip
+        for _ in range(given.bad):
+            bad_numbers(library, work, draw)
         layouts = []
         for k in range(given.random):
             most = 40 if k % 50 == 0 else given.boxes
-            layouts.append(random_layout(draw, most))
+            layouts.append(bridged(draw) if k % 20 == 1 else random_layout(draw, most))
             a_layout(library, work, tally, layouts[-1], draw, f"random {k}")
-        if layouts:
+        if len(layouts) > len(HOWS):
             for n, how in enumerate(HOWS):
                 for limit in (np.inf, 30.0):
                     batches(library, work, tally, joined(layouts[n::7]), how, limit, f"random {n}")
