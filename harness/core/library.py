@@ -13,6 +13,7 @@ import threading
 import weakref
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from struct import Struct
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -25,6 +26,8 @@ STANDS, FAILS, UNRESOLVED, OUTSIDE, OVERLAPS, MEMORY, REFUSED = range(7)
 
 FINDING = np.dtype([("ended", "i4"), ("step", "i4"), ("item", "i4"), ("", "i4"), ("number", "f8")])
 """``sl_finding``."""
+
+_UNPACKED = Struct("iii4xd")
 
 _TYPES = {"int32_t": ct.c_int32, "uint64_t": ct.c_uint64, "double": ct.c_double, "void": None}
 _DECLARED = re.compile(r"^SL_API\s+((?:const\s+)?\w+\s*\**)\s*(\w+)\s*\(([^)]*)\)\s*;", re.M)
@@ -93,22 +96,41 @@ class Kept:
     def __init__(self, made: int | None, free: Callable[[int], None]) -> None:
         if not made:
             raise MemoryError("the C library found no memory")
-        self.address = made
+        self.address = int(made)
         weakref.finalize(self, free, made)
 
 
-_OWN = threading.local()
+class _Own(Kept):
+    """The memory in which the calls of a thread work, and room for a finding."""
+
+    def __init__(self) -> None:
+        super().__init__(HELD.sl_work_new(), HELD.sl_work_free)
+        self.found: Any = np.zeros(1, FINDING)
+        self.found_at = int(self.found.ctypes.data)
+
+
+_OWNERS = threading.local()
+
+
+def own() -> _Own:
+    """What this thread has of its own."""
+    kept: _Own | None = getattr(_OWNERS, "kept", None)
+    if kept is None:
+        kept = _OWNERS.kept = _Own()
+    return kept
 
 
 def work() -> int:
-    """The memory in which calls of this thread work."""
-    kept = getattr(_OWN, "kept", None)
-    if kept is None:
-        kept = _OWN.kept = Kept(HELD.sl_work_new(), HELD.sl_work_free)
-    return int(kept.address)
+    """The memory in which the calls of this thread work."""
+    return own().address
 
 
-def array(name: str, given: Any, *shape: int, kind: Any = np.float64, written: bool = False) -> int:
+def finding(found: Any) -> Finding:
+    """What C has put in an array of type :data:`FINDING`."""
+    return Finding(*_UNPACKED.unpack_from(found))
+
+
+def array(name: str, given: Any, *shape: int, kind: Any = np.float64) -> int:
     """The address of an array that has to be as C takes it.
 
     Args:
@@ -116,17 +138,15 @@ def array(name: str, given: Any, *shape: int, kind: Any = np.float64, written: b
         given: the array.
         shape: that it must have.
         kind: of its numbers.
-        written: the function writes to it.
 
     Raises:
         WrongArrayError: it is not such an array.
     """
     if not isinstance(given, np.ndarray) or given.dtype != kind or given.shape != shape:
-        found = getattr(given, "shape", type(given).__name__), getattr(given, "dtype", "")
+        found = getattr(given, "shape", type(given).__name__), str(getattr(given, "dtype", ""))
         raise WrongArrayError(f"{name} is {found}; required: {np.dtype(kind)} of shape {shape}")
-    if not given.flags.c_contiguous or (written and not given.flags.writeable):
-        how = "C-contiguous and writeable" if written else "C-contiguous"
-        raise WrongArrayError(f"{name} has to be {how}")
+    if not given.flags.c_contiguous:
+        raise WrongArrayError(f"{name} has to be C-contiguous")
     return int(given.ctypes.data)
 
 

@@ -17,9 +17,10 @@ from steadyload.core.library import (
     array,
     count_of,
     ended_well,
+    finding,
 )
 
-_BOX, _FOUND = Struct("10d"), Struct("iii4xd")
+_BOX = Struct("10d")
 _PATCHES = 16
 """Patches of a box that have room at first."""
 
@@ -152,7 +153,7 @@ class Session(Reading):
         self._write(box)
         ended = HELD.sl_place(self._session, self._box_at, rule, alpha, self._found_at)
         ended_well(ended, "a box")
-        return Finding(*_FOUND.unpack_from(self._found))
+        return finding(self._found)
 
     def put(self, box: Sequence[float]) -> int:
         """Put on a box, whether it stands or not; how that ended: ``sl_put``."""

@@ -15,6 +15,8 @@ from steadyload.core.library import (
     count_of,
     counted,
     ended_well,
+    finding,
+    own,
     work,
 )
 
@@ -22,15 +24,50 @@ SUPPORTED, CARRIED, BALANCED = range(3)
 """Rules: ``sl_rule`` of steadyload.h."""
 
 
+class Given:
+    """A layout whose arrays are as C takes them, which is looked at once.
+
+    Args:
+        lower: see steadyload.h, as all that follow. The arrays are kept.
+        upper: likewise.
+        weights: likewise.
+        offsets: likewise.
+        floor: likewise.
+    """
+
+    __slots__ = ("_addresses", "_arrays")
+
+    def __init__(self, lower: Any, upper: Any, weights: Any, offsets: Any, floor: Any) -> None:
+        self._arrays = lower, upper, weights, offsets, floor
+        boxes = _boxes(lower, upper, weights, offsets)
+        self._addresses = *boxes, array("floor", floor, 5)
+
+    def judge(self, rule: int, alpha: float) -> Finding:
+        """The first failure: ``sl_judge``."""
+        mine = own()
+        ended = LIBRARY.sl_judge(mine.address, rule, alpha, *self._addresses, mine.found_at)
+        ended_well(ended, "a layout")
+        return finding(mine.found)
+
+    def margin(self, most: float) -> Finding:
+        """The margin of balance, as ``number``: ``sl_margin``."""
+        mine = own()
+        ended_well(
+            LIBRARY.sl_margin(mine.address, most, *self._addresses, mine.found_at), "a margin"
+        )
+        return finding(mine.found)
+
+
 def judge(
     rule: int, alpha: float, lower: Any, upper: Any, weights: Any, offsets: Any, floor: Any
 ) -> Finding:
-    """The first failure of a layout: ``sl_judge``."""
-    boxes, found = _boxes(lower, upper, weights, offsets), np.empty(1, FINDING)
-    at = array("floor", floor, 5)
-    ended = LIBRARY.sl_judge(work(), rule, alpha, *boxes, at, found.ctypes.data)
-    ended_well(ended, "a layout")
-    return _finding(found)
+    """See :meth:`Given.judge`."""
+    return Given(lower, upper, weights, offsets, floor).judge(rule, alpha)
+
+
+def margin(most: float, lower: Any, upper: Any, weights: Any, offsets: Any, floor: Any) -> Finding:
+    """See :meth:`Given.margin`."""
+    return Given(lower, upper, weights, offsets, floor).margin(most)
 
 
 def judge_many(
@@ -69,14 +106,6 @@ def check(lower: Any, upper: Any, weights: Any, offsets: Any, contour: Any) -> i
     """0 for a layout that has a meaning, else 1 + the first box that is wrong: ``sl_check``."""
     boxes = _boxes(lower, upper, weights, offsets)
     return int(LIBRARY.sl_check(*boxes, array("contour", contour, 6)))
-
-
-def margin(most: float, lower: Any, upper: Any, weights: Any, offsets: Any, floor: Any) -> Finding:
-    """The margin of balance of a layout, as ``number``: ``sl_margin``."""
-    boxes, found = _boxes(lower, upper, weights, offsets), np.empty(1, FINDING)
-    at = array("floor", floor, 5)
-    ended_well(LIBRARY.sl_margin(work(), most, *boxes, at, found.ctypes.data), "a margin")
-    return _finding(found)
 
 
 class Contacts(NamedTuple):
@@ -123,8 +152,3 @@ def _boxes(lower: Any, upper: Any, weights: Any, offsets: Any) -> tuple[int, int
         count, array("lower", lower, count, 3), array("upper", upper, count, 3),
         array("weights", weights, count), array("offsets", offsets, count, 3),
     )  # fmt: skip
-
-
-def _finding(found: Any) -> Finding:
-    ended, step, item, _, number = found[0].item()
-    return Finding(ended, step, item, number)
