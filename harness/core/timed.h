@@ -20,7 +20,7 @@ typedef struct { double friction, gravity, seconds, eps_t, eps_r; } sl_how;
 typedef struct { int32_t ended, step, item, unused; double shift, turn, beyond; } sl_moved;
 
 /* A loading, and what is known of it so far: J boxes, P contact patches. Its arrays stay where they
-   are until it is freed. What says so may be written to. */
+   are until it is freed. What says so may be written to. After SL_MEMORY it can only be freed. */
 typedef struct sl_timed sl_timed;
 typedef struct {
     int32_t count, patches;      /* J, P */

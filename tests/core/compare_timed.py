@@ -1,6 +1,6 @@
 """Compare loadings that are followed, in C, with the same in numba: numbers of every step.
 
-    PYTHONPATH=.src python tests/core/compare_timed.py [--random 20000] [--shipped 120] [--library x]
+    PYTHONPATH=.src python tests/core/compare_timed.py [--random 20000] [--shipped 100]
 
 Without ``--library`` the files of ``harness/core`` that it takes are built into a temporary folder.
 Every number is compared to the bit, but for the sign of zeros, which is counted; where one differs,
@@ -18,6 +18,7 @@ import sys
 import tempfile
 import time
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 
@@ -28,9 +29,9 @@ from steadyload.statics import kernels
 
 CORE = Path(__file__).parents[2] / "harness" / "core"
 FILES = (
-    "memory contacts support sme balance group least_squares touching group_forces carrying "
-    "pendulums motion timed timed_api"
-).split()
+    "memory", "contacts", "support", "sme", "balance", "group", "least_squares", "touching",
+    "group_forces", "carrying", "pendulums", "motion", "timed", "timed_api",
+)  # fmt: skip
 INT, REAL, AT = ct.c_int32, ct.c_double, ct.c_void_p
 G = 100.0 * GRAVITY
 
@@ -54,9 +55,10 @@ class Finding(ct.Structure):
 
 
 _POINTERS = (
-    "on_floor starts ends below corners above_starts above_ends above meets presses pressing "
-    "pushes moves answers solved leans farthest beyond counts work"
-).split()
+    "on_floor", "starts", "ends", "below", "corners", "above_starts", "above_ends", "above",
+    "meets", "presses", "pressing", "pushes", "moves", "answers", "solved", "leans", "farthest",
+    "beyond", "counts", "work",
+)  # fmt: skip
 
 
 class View(ct.Structure):
@@ -155,7 +157,7 @@ class Tally:
 class Timed:
     """A loading in C."""
 
-    types = {
+    types: ClassVar = {
         "on_floor": ("u1", ()), "starts": ("i4", ()), "ends": ("i4", ()), "moves": ("u1", ()),
         "answers": ("i4", ()), "solved": ("u1", ()), "leans": ("u1", ()), "beyond": ("f8", ()),
         "above_starts": ("i4", ()), "above_ends": ("i4", ()), "farthest": ("f8", (3, 2)),
@@ -172,8 +174,8 @@ class Timed:
         assert view.count == count
         for name, (kind, shape) in self.types.items():
             by_patch = name in ("presses", "pressing", "corners", "below")
-            setattr(self, name, self._array(
-                getattr(view, name), kind, ((view.patches if by_patch else count), *shape)))  # fmt: skip
+            rows = view.patches if by_patch else count
+            setattr(self, name, self._array(getattr(view, name), kind, (rows, *shape)))
         carried = int((self.below >= 0).sum())
         self.above = self._array(view.above, "i4", (carried,))
         self.meets = self._array(view.meets, "i4", (carried,))
@@ -278,7 +280,7 @@ def loading_at_once(library, tally, arrays, how, draw, where):
 
 
 def among_moving(library, tally, arrays, margin, how, draw, where):
-    """As simulations among what moves use it: patches drawn in, answers that come from elsewhere."""
+    """As simulations among what moves use it: patches drawn in, answers from elsewhere."""
     ours, numba = Timed(library, arrays, margin), kernels.timed_balance.begin(*arrays)
     kernels.contacts.draw_in(numba.contacts.patches, margin)
     compare_begun(tally, ours, numba, where)
@@ -292,8 +294,8 @@ def among_moving(library, tally, arrays, margin, how, draw, where):
         near = kernels.balance.is_near_its_edge(
             step, numba.contacts, *arrays[:2], arrays[3], margin
         )
-        tally.take("near its edge",
-                   library.sl_timed_is_near_its_edge(ours.handle, step, margin), near, at_step)  # fmt: skip
+        own = library.sl_timed_is_near_its_edge(ours.handle, step, margin)
+        tally.take("near its edge", own, near, at_step)
         tally.seen["group", int(ended), bool(kept)] += 1
         if ended == 1 and not kept:
             if draw.random() < 0.5:
@@ -436,12 +438,16 @@ def random_layout(draw, most):
     for size in sizes:
         if draw.random() < 0.1:
             size[draw.integers(3)] = draw.choice([0.5, 2.0, 3.0])
-        place = draw.uniform([-over, 0.0, -over], [wide + over - size[0], 1.0, deep + over - size[2]])
+        place = draw.uniform(
+            [-over, 0.0, -over], [wide + over - size[0], 1.0, deep + over - size[2]]
+        )
         place = np.round(place / grid) * grid
         low, high = lower[:found], upper[:found]
         if found and draw.random() < 0.4:
             other, axis = int(draw.integers(found)), int(draw.choice([0, 2]))
-            place[axis] = high[other, axis] if draw.random() < 0.5 else low[other, axis] - size[axis]
+            place[axis] = (
+                high[other, axis] if draw.random() < 0.5 else low[other, axis] - size[axis]
+            )
             place[axis] += draw.choice([0.0, 0.0, 0.01, 0.3])
         shared = np.minimum(high[:, ::2], (place + size)[::2]) - np.maximum(low[:, ::2], place[::2])
         under = high[shared.min(axis=1) > 0.0100001, 1] if found else np.empty(0)
@@ -557,7 +563,7 @@ def sides(library, work, tally, draw, count):
 
 
 def bad_numbers(library, work, draw):
-    """Layouts of which some numbers have no meaning, any group: for sanitizers, nothing is compared."""
+    """Layouts of which some numbers have no meaning, for sanitizers; nothing is compared."""
     bad = np.array([np.nan, np.inf, -np.inf, 1e308, -1e308, 5e-324, 0.0, -0.0, -1.0, 1e-300])
     arrays = [np.array(each) for each in random_layout(draw, 9)]
     for each in (*arrays, *([arrays[0]] * 2)):
@@ -567,7 +573,10 @@ def bad_numbers(library, work, draw):
     if draw.random() < 0.5:
         how = HOWS[int(draw.integers(len(HOWS)))]
     count, margin = len(arrays[2]), float(draw.choice([0.0, 0.5, np.nan, np.inf, -1.0]))
-    ours, held = Timed(library, arrays, margin), library.sl_held_new(count, *map(at, arrays), margin)
+    ours, held = (
+        Timed(library, arrays, margin),
+        library.sl_held_new(count, *map(at, arrays), margin),
+    )
     ours.work[1] = draw.choice([np.inf, 100.0, np.nan])
     item = INT()
     for step in draw.integers(-1, count + 1, 2 * count) if draw.random() < 0.3 else range(count):
@@ -575,7 +584,9 @@ def bad_numbers(library, work, draw):
         who = draw.integers(0, count, int(draw.integers(0, count + 1)))
         ours.moved(int(step), np.unique(who) if draw.random() < 0.9 else who, how)
         library.sl_held_place(held, int(step), ct.byref(item))
-        library.sl_timed_group(ours.handle, int(step), ct.byref(item), ct.byref(INT()), at(ours.group))
+        library.sl_timed_group(
+            ours.handle, int(step), ct.byref(item), ct.byref(INT()), at(ours.group)
+        )
     library.sl_held_free(held)
     ours.free()
     library.sl_first_moved(work, count, *map(at, arrays), 1e4, ct.byref(how), ct.byref(Moved()))
@@ -587,7 +598,9 @@ def main():
     parser.add_argument("--boxes", type=int, default=9)
     parser.add_argument("--shipped", type=int, default=120)
     parser.add_argument("--sides", type=int, default=60)
-    parser.add_argument("--bad", type=int, default=0, help="layouts without a meaning, not compared")
+    parser.add_argument(
+        "--bad", type=int, default=0, help="layouts without a meaning, not compared"
+    )
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--library", type=Path)
     given = parser.parse_args()
