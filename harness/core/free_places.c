@@ -371,7 +371,7 @@ int32_t sl_places_among(sl_work *work, const sl_boxes *boxes, const double *plac
         const double *place = places + 4 * (size_t)other;
         if (other == box || without[other] || place[3] == LEFT_OUT) continue;
         size_t at = 3 * ((place[3] == TURNED ? (size_t)count : 0) + (size_t)other);
-        for (int axis = 0; axis < 3; axis++) {
+        for (size_t axis = 0; axis < 3; axis++) {
             double low = place[axis], high = place[axis] + boxes->sides[at + axis];
             lower[others][axis] = low, upper[others][axis] = high;
             centres[others][axis] = 0.5 * (low + high) + boxes->offsets[at + axis];
