@@ -191,7 +191,8 @@ static void ask(sl_work *work, double chance) {
         of[k] = room(sizes[k] * sizeof **of);
         for (size_t m = 0; m < sizes[k]; m++) of[k][m] = weight(chance);
     }
-    int32_t is = sl_run_layer(work, steps, columns, width, of[0], of[1], of[2], of[3], of[4], of[5]);
+    int32_t is = sl_run_layer(work, steps, columns, width, of[0], of[1], of[2], of[3], of[4],
+                              of[5]);
     REQUIRE(is == SL_STANDS);
     sl_decide(steps, width, of[5], of[6], (double)weight(chance), of[7]);
     for (size_t m = 0; m < s; m++)
@@ -217,7 +218,7 @@ int main(int argc, char **argv) {
         free(l.lower), free(l.upper), free(l.weights), free(l.offsets);
     }
     sl_work_free(work);
-    printf("%ld layouts, of them refused: %ld; steps that move: %ld; ended:", tried, refused, moving);
+    printf("%ld layouts, refused: %ld; steps that move: %ld; ended:", tried, refused, moving);
     for (int k = 0; k < 8; k++) printf(" %ld", ended[k]);
     puts("");
     return 0;

@@ -4,7 +4,6 @@ import importlib.util
 import os
 import shutil
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -27,8 +26,6 @@ def _build(into: Path, *sources: Path) -> subprocess.CompletedProcess[str]:
 
 
 def _building():
-    if "steadyload.core.building" in sys.modules:
-        return sys.modules["steadyload.core.building"]
     spec = importlib.util.spec_from_file_location("building", CORE / "building.py")
     building = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(building)
