@@ -33,19 +33,22 @@ class Given:
         weights: likewise.
         offsets: likewise.
         floor: likewise.
+
+    Attributes:
+        addresses: the number of boxes and where the arrays are, as functions take them.
     """
 
-    __slots__ = ("_addresses", "_arrays")
+    __slots__ = ("_arrays", "addresses")
 
     def __init__(self, lower: Any, upper: Any, weights: Any, offsets: Any, floor: Any) -> None:
         self._arrays = lower, upper, weights, offsets, floor
         boxes = _boxes(lower, upper, weights, offsets)
-        self._addresses = *boxes, array("floor", floor, 5)
+        self.addresses = *boxes, array("floor", floor, 5)
 
     def judge(self, rule: int, alpha: float) -> Finding:
         """The first failure: ``sl_judge``."""
         mine = own()
-        ended = LIBRARY.sl_judge(mine.address, rule, alpha, *self._addresses, mine.found_at)
+        ended = LIBRARY.sl_judge(mine.address, rule, alpha, *self.addresses, mine.found_at)
         ended_well(ended, "a layout")
         return finding(mine.found)
 
@@ -53,7 +56,7 @@ class Given:
         """The margin of balance, as ``number``: ``sl_margin``."""
         mine = own()
         ended_well(
-            LIBRARY.sl_margin(mine.address, most, *self._addresses, mine.found_at), "a margin"
+            LIBRARY.sl_margin(mine.address, most, *self.addresses, mine.found_at), "a margin"
         )
         return finding(mine.found)
 
@@ -70,36 +73,59 @@ def margin(most: float, lower: Any, upper: Any, weights: Any, offsets: Any, floo
     return Given(lower, upper, weights, offsets, floor).margin(most)
 
 
-def judge_many(
-    rule: int, alpha: float, starts: Any, lower: Any, upper: Any, weights: Any, offsets: Any,
-    floors: Any,
-) -> Any:  # fmt: skip
-    """Findings of many layouts, of type :data:`FINDING`, (L,): ``sl_judge_many``.
+class Findings(NamedTuple):
+    """Where the first failures of many layouts are: see ``sl_finding``; (L,) each, int64 where they
+    are whole numbers.
+    """
+
+    ended: Any
+    steps: Any
+    items: Any
+    numbers: Any
+
+
+class GivenMany:
+    """Layouts one after the other whose arrays are as C takes them, which are looked at once.
 
     Args:
-        rule: see the header.
-        alpha: likewise.
-        starts: of type int32, (L + 1,); they do not descend, nor go beyond the boxes.
-        lower: see the header, as all that follow.
+        starts: whole numbers, (L + 1,); they do not descend, nor go beyond the boxes.
+        lower: see steadyload.h, as all that follow. The arrays are kept.
         upper: likewise.
         weights: likewise.
         offsets: likewise.
         floors: likewise.
+
+    Attributes:
+        count: L.
+        addresses: the number of layouts and where the arrays are, as functions take them.
+
+    Raises:
+        RefusedError: the starts are wrong.
     """
-    (count, *boxes), layouts = (
-        _boxes(lower, upper, weights, offsets),
-        count_of("starts", starts) - 1,
-    )
-    first = array("starts", starts, layouts + 1, kind=np.int32)
-    of_floors = array("floors", floors, layouts, 5)
-    if layouts < 0 or starts[0] < 0 or starts[-1] > count or (np.diff(starts) < 0).any():
-        raise RefusedError("starts of layouts descend, or go beyond the boxes")
-    found = np.empty(layouts, FINDING)
-    ended = LIBRARY.sl_judge_many(
-        work(), rule, alpha, layouts, first, *boxes, of_floors, found.ctypes.data
-    )
-    ended_well(ended, "a batch of layouts")
-    return found
+
+    __slots__ = ("_arrays", "addresses", "count")
+
+    def __init__(
+        self, starts: Any, lower: Any, upper: Any, weights: Any, offsets: Any, floors: Any
+    ) -> None:
+        boxes, *arrays = _boxes(lower, upper, weights, offsets)
+        self.count = count_of("starts", starts) - 1
+        if self.count < 0 or starts[0] < 0 or starts[-1] > boxes or (np.diff(starts) < 0).any():
+            raise RefusedError("starts of layouts descend, or go beyond the boxes")
+        firsts = np.ascontiguousarray(starts, np.int32)
+        self._arrays = firsts, lower, upper, weights, offsets, floors
+        self.addresses = (
+            self.count, array("starts", firsts, self.count + 1, kind=np.int32), *arrays,
+            array("floors", floors, self.count, 5),
+        )  # fmt: skip
+
+    def judge(self, rule: int, alpha: float) -> Findings:
+        """The first failure of every layout: ``sl_judge_many``."""
+        found = np.empty(self.count, FINDING)
+        ended = LIBRARY.sl_judge_many(work(), rule, alpha, *self.addresses, found.ctypes.data)
+        ended_well(ended, "a batch of layouts")
+        whole = (found[name].astype(np.int64) for name in ("ended", "step", "item"))
+        return Findings(*whole, found["number"].copy())
 
 
 def check(lower: Any, upper: Any, weights: Any, offsets: Any, contour: Any) -> int:

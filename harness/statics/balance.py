@@ -24,10 +24,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from steadyload.core.library import UNRESOLVED
+from steadyload.core.timed import Held, closest_to_balance
 from steadyload.layouts.model.contacts import Patch
 from steadyload.layouts.model.layout import Arrangement, FloatArray
-from steadyload.statics import kernels
-from steadyload.statics.kernels.constants import EDGE, UNRESOLVED
+from steadyload.statics.given import given
+from steadyload.statics.kernels.constants import EDGE
 from steadyload.statics.resolution import unresolved
 
 VERSION = 1
@@ -54,7 +56,7 @@ class Solution(NamedTuple):
 
     Attributes:
         forces: at the corners (x0, z0), (x0, z1), (x1, z0), (x1, z1) of every patch [kg], (k, 4).
-        ended: ``BALANCED``, ``UNBALANCED``, or ``UNRESOLVED`` where rounding hides which.
+        ended: ``STANDS``, ``FAILS``, or ``UNRESOLVED`` where rounding hides which.
         item: the one that starts fastest, -1 where none does.
     """
 
@@ -80,17 +82,15 @@ def solve(
     """
     table = np.array(patches, dtype=np.float64).reshape(-1, 6)
     kept = np.flatnonzero((table[:, 4:] - table[:, 2:4]).min(axis=1) >= -2.0 * grow)
-    used = np.column_stack((kept, table[kept, 1], table[kept, 0])).astype(np.int64)
-    lower, upper = layout.lower, layout.upper
-    found, ended, item, is_through = kernels.local_balance.closest_to_balance(
-        np.array(items, dtype=np.int64), used, table[:, 2:].copy(),
-        0.5 * (lower + upper) + layout.mass_offsets, layout.weights, lower, upper, float(grow),
-    )  # fmt: skip
-    if not is_through:
+    used = np.column_stack((kept, table[kept, 1], table[kept, 0])).astype(np.int32)
+    found = closest_to_balance(
+        given(layout), np.array(items, dtype=np.int32), used, table[:, 2:].copy(), grow
+    )
+    if not found.is_found:
         raise RuntimeError("the search for contact forces did not end")
     forces = np.zeros((len(patches), 4))
-    forces[kept] = found
-    return Solution(forces, ended, item)
+    forces[kept] = found.forces
+    return Solution(forces, found.ended, found.item)
 
 
 class VerticalBalance:
@@ -105,10 +105,7 @@ class VerticalBalance:
 
     def __init__(self, layout: Arrangement, margin: float = 0.0) -> None:
         self._weights = layout.weights
-        self._held = kernels.balance.begin(
-            layout.lower, layout.upper, layout.weights, layout.mass_offsets, layout.floor.corners,
-            float(margin),
-        )  # fmt: skip
+        self._held = Held(given(layout), margin)
 
     def place(self, step: int) -> int | None:
         """Place an item; the item whose balance cannot be met, or None when all stand.
@@ -119,12 +116,12 @@ class VerticalBalance:
         Raises:
             UnresolvedError: balance cannot be told from rounding; nothing has changed.
         """
-        ended, item = kernels.balance.balance_whole_group(step, self._held)
+        ended, item = self._held.place(step)
         if ended == UNRESOLVED:
             raise unresolved(self._weights[self.group(step)])
-        return None if item < 0 else int(item)
+        return None if item < 0 else item
 
     def group(self, step: int) -> list[int]:
         """Items joined to the one placed last by standing on each other, floor items left out."""
-        found: list[int] = kernels.balance.joined(step, self._held.contacts).tolist()
+        found: list[int] = self._held.group(step).tolist()
         return found

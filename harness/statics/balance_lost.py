@@ -7,14 +7,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from steadyload.core.library import STANDS, UNRESOLVED
+from steadyload.core.whole import BALANCED
 from steadyload.layouts.model.contacts import Patch, find_supports
 from steadyload.layouts.model.footing import Edge, Footing, edge_of, footing
 from steadyload.layouts.model.frame import Frame
 from steadyload.layouts.model.layout import Layout
 from steadyload.layouts.model.naming import label_in
-from steadyload.statics import kernels
 from steadyload.statics.balance import Solution, solve
-from steadyload.statics.kernels.constants import BALANCED, EDGE, UNRESOLVED
+from steadyload.statics.given import given
+from steadyload.statics.kernels.constants import EDGE
 from steadyload.statics.resolution import unresolved
 
 _HALVINGS = 20
@@ -80,19 +82,15 @@ def balance_lost(layout: Layout) -> BalanceLost | None:
     Raises:
         UnresolvedError: rounding hides whether forces balance, since weights differ too much.
     """
-    ended, step, item = kernels.balance.first_unbalanced(
-        layout.lower, layout.upper, layout.weights, layout.mass_offsets, layout.floor.corners, 0.0
-    )
-    if ended == BALANCED:
+    ended, step, item, _ = given(layout).judge(BALANCED, 0.0)
+    if ended == STANDS:
         return None
-    placed = layout.first(int(step) + 1)
+    placed = layout.first(step + 1)
     supports = find_supports(placed)
-    group = supports.joined(int(step), floor=False)
+    group = supports.joined(step, floor=False)
     if ended == UNRESOLVED:
         raise unresolved(layout.weights[group])
-    found = BalanceLost(
-        int(step), int(item), footing(placed, int(item)), bool(supports.above[int(item)])
-    )
+    found = BalanceLost(step, item, footing(placed, item), bool(supports.above[item]))
     patches = [patch for one in group for patch in supports.below[one]]
     if not supports.below[found.item]:
         return found
@@ -110,12 +108,12 @@ def _with_distance(
     low = 0.0
     high = float(np.ptp((layout.lower[group], layout.upper[group]), axis=(0, 1))[::2].max())
     nearest = widened(high)
-    if nearest.ended != BALANCED:
+    if nearest.ended != STANDS:
         return lost
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
         found = widened(middle)
-        if found.ended == BALANCED:
+        if found.ended == STANDS:
             high, nearest = middle, found
         else:
             low = middle

@@ -1,4 +1,4 @@
-"""Non-negative least squares for contact forces, by the compiled kernel.
+"""Non-negative least squares for contact forces, in C.
 
 SciPy's ``nnls`` (1.17.1) returns solutions that are none where columns repeat each other, as those
 of contact points do: of 20,000 groups that lost their balance, some dozen. The residue that it
@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from steadyload.core.forces import least_squares
 from steadyload.layouts.model.layout import FloatArray
-from steadyload.statics import kernels
 
 
 def nonnegative_least_squares(
@@ -25,8 +25,7 @@ def nonnegative_least_squares(
     Raises:
         RuntimeError: the search did not end.
     """
-    columns = np.ascontiguousarray(matrix.T)
-    found, residue, ended = kernels.least_squares.nonnegative_least_squares(columns, target)
+    found, residue, ended = least_squares(np.ascontiguousarray(matrix.T), target)
     if not ended:
         raise RuntimeError("the search for contact forces did not end")
     return found, residue

@@ -10,10 +10,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 
+from steadyload.core.library import STANDS
 from steadyload.layouts.model.frame import Frame
 from steadyload.layouts.model.layout import Layout
-from steadyload.statics import kernels
-from steadyload.statics.kernels.constants import BALANCED
+from steadyload.statics.given import given
 
 MOST = 10.0
 """A larger margin is not looked for [cm]."""
@@ -70,10 +70,8 @@ def margin_as_planned(layout: Layout) -> LoadMargin | None:
     Args:
         layout: any layout.
     """
-    ended, margin, step, item = kernels.margin.margin_as_planned(
-        layout.lower, layout.upper, layout.weights, layout.mass_offsets, layout.floor.corners, MOST
-    )
-    if ended != BALANCED:
+    ended, step, item, margin = given(layout).margin(MOST)
+    if ended != STANDS:
         return None
     return load_margin(margin, MarginKind.AS_PLANNED, step, item)
 

@@ -13,11 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import linprog
 
+from steadyload.core.library import STANDS
 from steadyload.layouts.model.contacts import FLOOR, Patch, find_contacts
 from steadyload.layouts.model.layout import FloatArray, Layout
 from steadyload.statics.balance import solve
 from steadyload.statics.corners import corner_columns
-from steadyload.statics.kernels.constants import BALANCED
 
 _HALVINGS = 24
 """Of the longest side, or more: a metre is told to a tenth of a micrometre."""
@@ -78,7 +78,7 @@ class _Scene:
 
         def failing(grow: float) -> int | None:
             found = solve(self.layout, items, patches, grow)
-            return None if found.ended == BALANCED else found.item
+            return None if found.ended == STANDS else found.item
 
         # Wider than this changes nothing any more: every patch spans its group.
         span = self.layout.upper[items][:, ::2] - self.layout.lower[items].min(axis=0)[::2]

@@ -21,10 +21,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from steadyload.core.timed import thin_side
 from steadyload.engines.attitudes import cross
 from steadyload.engines.world import GRAVITY
 from steadyload.layouts.model.layout import FloatArray
-from steadyload.statics.kernels import group_forces
 from steadyload.statics.kernels.constants import AT_REST, EVENTS, FAR, RESIDUE, SAMPLES, TOUCH
 from steadyload.statics.least_squares import nonnegative_least_squares
 from steadyload.statics.touching import FIRM, Indices, Points, directions, wrenches
@@ -110,7 +110,7 @@ class _Run:
             # What rounding leaves would grow without end in a narrow piece, which tips fast.
             felt = np.abs(fall) + np.abs(scaled) @ found
             still = self._corner_rates(rest) <= RESIDUE * self._corner_rates(felt.reshape(n, 6))
-            rest[still & (self.bodies.sizes.min(axis=1) < group_forces.thin_side(_G, left))] = 0.0
+            rest[still & (self.bodies.sizes.min(axis=1) < thin_side(_G, left))] = 0.0
             rate = -_G * rest / self.root
             pushing = self.point[used[found > 0.0]]
         return self._coast(rate, self._growth(rate, pushing), positions, left)

@@ -20,8 +20,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from steadyload.layouts.model.contacts import FLOOR
 from steadyload.layouts.model.layout import TOLERANCE, FloatArray, Layout
-from steadyload.statics.kernels.constants import FLOOR
 from steadyload.statics.movement import Movement
 
 VERSION = 1

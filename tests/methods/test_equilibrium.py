@@ -7,6 +7,7 @@ import pytest
 from hand_layouts import failing_step, layout
 from scipy.optimize import linprog
 
+from steadyload.core.library import STANDS
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.model.contacts import find_contacts, find_supports
 from steadyload.layouts.model.scenarios import Scenario
@@ -16,7 +17,6 @@ from steadyload.methods.contract.spec import SpecError
 from steadyload.methods.contract.stopwatch import Stopwatch
 from steadyload.methods.session.session import LoadingSession
 from steadyload.statics.balance import solve
-from steadyload.statics.kernels.constants import BALANCED
 from steadyload.statics.margins import margins
 
 PALLET = Pallet(200.0, 200.0, 200.0)
@@ -128,7 +128,7 @@ def test_forces_add_up_to_the_weight():
     )
     below = find_supports(lay).below
     found = solve(lay, [1, 2], [*below[1], *below[2]])
-    assert found.ended == BALANCED
+    assert found.ended == STANDS
     plank, box = found.forces.sum(axis=1)
     assert (plank, box) == pytest.approx((12.0, 5.0))
 

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import pytest
 
 from steadyload import time_limit
+from steadyload.core.timed import Followed
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.methods import make_method
 from steadyload.methods.contract import stopwatch
@@ -14,7 +15,6 @@ from steadyload.methods.contract.method import Status
 from steadyload.methods.contract.stopwatch import Stopwatch
 from steadyload.methods.equilibrium import equilibrium
 from steadyload.runs.pool import run_units
-from steadyload.statics import kernels
 from steadyload.time_limit import BACKSTOP, TimeoutExpiredError, seconds_of_process
 
 
@@ -87,21 +87,21 @@ def test_steps_that_take_long_are_those_of_much_cpu_time(monkeypatch):
     """Wall time that passes while a machine does something else makes no step a long one."""
     boxes = tuple(Item(k, (0.0, 10.0 * k, 0.0), (10.0, 10.0, 10.0), 1.0) for k in range(40))
     tower = Layout("tower", Pallet(100.0, 500.0, 100.0), boxes)
-    method, real = make_method("equilibrium:time=0.3"), kernels.timed_balance.first_moved
+    method, real = make_method("equilibrium:time=0.3"), Followed.first
     batches, now = [], SimpleNamespace(cpu=0.0, wall=0.0)
 
     def judging(cpu):
-        def first_moved(loading, first, end, *motion):
+        def placing(loading, first, end, how):
             batches.append(end - first)
             now.cpu, now.wall = now.cpu + cpu, now.wall + 10.0
-            return real(loading, first, end, *motion)
+            return real(loading, first, end, how)
 
-        return first_moved
+        return placing
 
     clock = SimpleNamespace(thread_time=lambda: now.cpu, perf_counter=lambda: now.wall)
     monkeypatch.setattr(equilibrium, "time", clock)
     for cpu, expected in ((0.001, [32, 4, 4]), (1.0, [32, *[1] * 8])):
         batches.clear()
-        monkeypatch.setattr(kernels.timed_balance, "first_moved", judging(cpu))
+        monkeypatch.setattr(Followed, "first", judging(cpu))
         assert method.judge(tower).stable
         assert batches == expected

@@ -15,6 +15,8 @@ from scipy.optimize import nnls
 from scipy.spatial import ConvexHull
 from vertical_balance import VerticalBalance, solve
 
+from steadyload.core import forces, whole
+from steadyload.core.library import FAILS, STANDS
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.model.batch import LayoutBatch
@@ -26,13 +28,7 @@ from steadyload.methods.rules.base_support import FullBaseSupport
 from steadyload.methods.threads import evaluate_in_threads
 from steadyload.numbers import NumberError
 from steadyload.statics import balance, kernels
-from steadyload.statics.kernels.constants import BALANCED, UNBALANCED
-from steadyload.statics.kernels.contacts import contacts_of
-from steadyload.statics.kernels.convex_hull import strictly_inside_hull
-from steadyload.statics.kernels.least_squares import (
-    least_squares_of_blocks,
-    nonnegative_least_squares,
-)
+from steadyload.statics.kernels.least_squares import least_squares_of_blocks
 from steadyload.statics.resolution import fastest
 
 BATCHED = ("fbs", "pbs0.7", "sme", "equilibrium", "equilibrium:time=0.3")
@@ -79,7 +75,7 @@ def test_a_kernel_that_is_not_there_is_refused():
 
 def test_contacts_are_those_of_all_pairs(layouts):
     for layout in layouts:
-        found = contacts_of(layout.lower, layout.upper, layout.floor.corners)
+        found = whole.contacts(layout.lower, layout.upper, layout.floor.corners)
         expected = find_contacts(layout)
         assert found.on_floor.tolist() == expected.on_floor.tolist()
         for j in range(len(layout)):
@@ -253,13 +249,13 @@ def test_a_group_is_solved_as_in_numpy(layouts, grow):
         sizes = layout.upper - layout.lower
         expected = solve(group, patches, layout.weights, centres, sizes, grow)
         ends.add(found.ended)
-        assert expected.balanced == {BALANCED: True, UNBALANCED: False}.get(found.ended)
-        if found.ended == UNBALANCED:
+        assert expected.balanced == {STANDS: True, FAILS: False}.get(found.ended)
+        if found.ended == FAILS:
             assert found.item == group[fastest(expected.motion)]
         else:
             firm = [patch.below not in group for patch in patches]
             assert found.forces[firm].sum() == pytest.approx(layout.weights[group].sum())
-    assert ends >= {BALANCED, UNBALANCED} or grow < -1.0
+    assert ends >= {STANDS, FAILS} or grow < -1.0
 
 
 def test_of_items_that_fail_alike_the_first_is_named():
@@ -275,7 +271,7 @@ def test_least_squares_are_those_of_scipy():
         matrix = np.concatenate((matrix, matrix[:, :3]), axis=1)  # some stand there twice
         within = np.abs(draw.normal(size=count + min(3, count)))
         target = matrix @ within if trial % 2 else draw.normal(size=rows)
-        found, rest, ended = nonnegative_least_squares(np.ascontiguousarray(matrix.T), target)
+        found, rest, ended = forces.least_squares(np.ascontiguousarray(matrix.T), target)
         expected, _ = nnls(matrix, target, maxiter=50 * count)
         assert ended
         assert (found >= 0.0).all()
@@ -321,14 +317,24 @@ def is_least(matrix, found, rest):
 
 
 def test_a_point_is_inside_the_hull_that_qhull_finds():
+    """By the rule that asks for it: a plate on posts, whose centre of mass is that point."""
     draw = np.random.default_rng(2)
     inside = 0
-    for _ in range(300):
-        points = draw.integers(0, 6, (int(draw.integers(1, 12)), 2)).astype(float)
-        x, z = draw.uniform(0.0, 5.0, 2)
-        flat = np.linalg.matrix_rank(points - points[0]) < 2
-        hull = None if flat else ConvexHull(points)
-        expected = hull is not None and (hull.equations @ [x, z, 1.0] < 0.0).all()
-        assert strictly_inside_hull(x, z, points, 1e-9) == expected
+    plane = np.array([-np.inf, -np.inf, np.inf, np.inf, 0.0])
+    for _ in range(600):
+        posts = draw.permutation(36)[: int(draw.integers(1, 12))]
+        at, wide = np.column_stack(np.divmod(posts, 6)), float(draw.choice([0.02, 0.5, 1.0]))
+        x, z = draw.uniform(0.0, 5.0 + wide, 2)
+        lower, sizes = np.zeros((len(posts) + 1, 3)), np.ones((len(posts) + 1, 3))
+        lower[:-1, ::2], sizes[:-1, ::2] = at, wide
+        lower[-1], sizes[-1] = (-1.0, 1.0, -1.0), (8.0, 1.0, 8.0)
+        offsets = np.zeros_like(lower)
+        offsets[-1, ::2] = x - 3.0, z - 3.0
+        corners = np.concatenate([at + wide * np.array(way) for way in np.ndindex(2, 2)])
+        expected = (ConvexHull(corners).equations @ [x, z, 1.0] < 0.0).all()
+        found = whole.judge(
+            whole.CARRIED, 0.0, lower, lower + sizes, np.ones(len(lower)), offsets, plane
+        )
+        assert (found.ended == STANDS) == expected
         inside += expected
-    assert 50 < inside < 250
+    assert 150 < inside < 450

@@ -8,6 +8,8 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from vertical_balance import VerticalBalance
 
+from steadyload.core.library import FAILS
+from steadyload.core.timed import Followed, How
 from steadyload.engines.world import GRAVITY
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.benchmark import load_benchmark
@@ -16,16 +18,14 @@ from steadyload.methods import make_method
 from steadyload.methods.contract.method import Status, Stopwatch
 from steadyload.methods.contract.spec import SpecError
 from steadyload.methods.session import LoadingSession
-from steadyload.statics import kernels
-from steadyload.statics.kernels.constants import UNBALANCED
+from steadyload.statics.given import given as given_to_c
 
-HOW = (0.5, 100.0 * GRAVITY, 0.3, 10.0, 10.0)
-"""Friction, gravity [cm/s2], time [s] and thresholds of ``equilibrium:time=0.3``."""
+HOW = How(0.5, 100.0 * GRAVITY, 0.3, 10.0, 10.0)
+"""As in ``equilibrium:time=0.3``."""
 
 
 def begun(layout):
-    arrays = layout.lower, layout.upper, layout.weights, layout.mass_offsets
-    return kernels.timed_balance.begin(*arrays, layout.floor.corners)
+    return Followed(given_to_c(layout))
 
 
 def by_whole_groups(method, layout):
@@ -156,36 +156,39 @@ def test_every_step_of_a_heap_is_judged_as_if_nothing_had_been_kept(seed):
     ends = set()
     for step in range(len(layout)):
         expected = method.judge_step(layout, balance, step)
-        ended, item, shift, turn, beyond = kernels.timed_balance.place(step, loading, *HOW)
+        ended, _, item, shift, turn, beyond = loading.place(step, HOW)
         ends.add(ended)
-        asked_and_far = ended == UNBALANCED and beyond > 1.0
+        asked_and_far = ended == FAILS and beyond > 1.0
         assert asked_and_far == (expected is not None), step
         if expected is not None:
             assert item == expected.moved_item
             assert shift == pytest.approx(expected.displacement, rel=1e-6, abs=1e-9)
             assert turn == pytest.approx(expected.rotation, rel=1e-6, abs=1e-9)
-    assert UNBALANCED in ends
+    assert FAILS in ends
 
 
 @settings(max_examples=25, deadline=None)
 @example(seed=1055, count=7)  # at the last step what moves does so by rounding alone
 @given(seed=st.integers(0, 10_000), count=st.integers(5, 30))
 def test_forces_found_before_change_no_motion(seed, count):
-    """Searches that begin with the forces found before, against such that begin with none: the
-    same verdict, the same item or another that moves as far, and as far but for rounding.
+    """Searches that begin with the forces found before, or with any, against such that begin with
+    none: the same verdict, the same item or another that moves as far, and as far but for rounding.
     """
-    layout = heap_on_boxes(seed, count)
-    warm, cold = begun(layout), begun(layout)
+    layout, draw = heap_on_boxes(seed, count), np.random.default_rng(seed)
+    warm, cold, odd = (begun(layout) for _ in range(3))
     for step in range(count):
-        cold.corners[:], cold.pushes[:] = False, 0
-        ended, item, *numbers = kernels.timed_balance.place(step, warm, *HOW)
-        expected_end, expected_item, *expected = kernels.timed_balance.place(step, cold, *HOW)
-        assert ended == expected_end
-        assert (item < 0) == (expected_item < 0)
-        # Where two gaps close at nearly the same instant, rounding decides which does so first: of
-        # 10,476 steps of 600 heaps 19 then move by another 1e-6 to 2e-3 of the way.
-        assert numbers == pytest.approx(expected, rel=1e-2, abs=1e-6)
-        assert (warm.moves == cold.moves).all()
+        cold.pressing[:], cold.pushes[:] = False, 0
+        odd.pressing[:] = draw.random(odd.pressing.shape) < draw.random()
+        odd.pushes[:] = draw.integers(0, 2**16, odd.pushes.shape)
+        expected_end, _, expected_item, *expected = cold.place(step, HOW)
+        for loading in (warm, odd):
+            ended, _, item, *numbers = loading.place(step, HOW)
+            assert ended == expected_end
+            assert (item < 0) == (expected_item < 0)
+            # Where two gaps close at nearly the same instant, rounding decides which does so first:
+            # of 10,476 steps of 600 heaps 19 then move by another 1e-6 to 2e-3 of the way.
+            assert numbers == pytest.approx(expected, rel=1e-2, abs=1e-6)
+            assert (loading.moves == cold.moves).all()
 
 
 def scores_of(spec, layout):

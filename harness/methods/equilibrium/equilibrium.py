@@ -8,10 +8,21 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
+from steadyload.core.library import FAILS, STANDS, UNRESOLVED
+from steadyload.core.timed import (
+    UNDECIDED,
+    Followed,
+    How,
+    Moved,
+    first_moved,
+    first_moved_many,
+)
+from steadyload.core.whole import BALANCED
 from steadyload.engines.attitudes import cross
 from steadyload.engines.quantities import quantity
 from steadyload.engines.world import GRAVITY
@@ -19,7 +30,7 @@ from steadyload.layouts.model.batch import LayoutBatch
 from steadyload.layouts.model.contacts import VERSION as CONTACTS
 from steadyload.layouts.model.contacts import find_supports
 from steadyload.layouts.model.growing import GrowingLayout
-from steadyload.layouts.model.layout import TOLERANCE, Arrangement, FloatArray, Layout
+from steadyload.layouts.model.layout import TOLERANCE, Arrangement, Layout
 from steadyload.methods.contract.declared import MovementLimits, Trait
 from steadyload.methods.contract.method import (
     STABLE,
@@ -31,20 +42,17 @@ from steadyload.methods.contract.method import (
     StepScorer,
     Stopwatch,
 )
-from steadyload.methods.contract.warming import judge_one_item
 from steadyload.methods.equilibrium.steps import BalancedSteps, TimedSteps
-from steadyload.methods.equilibrium.warming import load_balance
 from steadyload.methods.rules.rule_loading import BalancedLoader
-from steadyload.statics import kernels
 from steadyload.statics.balance import DRAWN_IN, VerticalBalance, inset
 from steadyload.statics.balance import VERSION as BALANCE
 from steadyload.statics.friction import Sides, unbalanced_item
-from steadyload.statics.kernels.constants import BALANCED, UNBALANCED, UNDECIDED, UNRESOLVED
+from steadyload.statics.given import given, given_many
 from steadyload.statics.motion import VERSION as MOTION
 from steadyload.statics.motion import Bodies, displacements_after
 from steadyload.statics.movement import Movement
 from steadyload.statics.resolution import UnresolvedError, fastest, unresolved
-from steadyload.statics.touching import Indices, touching_points
+from steadyload.statics.touching import touching_points
 
 
 class Cones(StrEnum):
@@ -102,7 +110,7 @@ _LATER = 4
 """Steps between two more, while they take less than :data:`_LONG`."""
 
 _LONG = 0.05
-"""CPU time of this thread, in which kernels compute [s]."""
+"""CPU time of this thread, in which the C library computes [s]."""
 
 
 _Near = Callable[[Sequence[int], float], Sequence[int]]
@@ -181,31 +189,26 @@ class Equilibrium(Method):
         Where rounding hides whether forces balance the status is ``error``; :meth:`judge` then
         looks again, for the items of the whole group.
         """
-        arrays = (
-            batch.lower, batch.upper, batch.weights, batch.mass_offsets, batch.floors, batch.starts
-        )  # fmt: skip
         if self._is_timed:
-            ended, steps, shifts, turns = kernels.timed_balance.first_moved_of_many(
-                *arrays, self._work, *self._motion
+            ended, steps, shifts, turns = first_moved_many(
+                given_many(batch), self._work, self._motion
             )
             late = ended == UNDECIDED
-            found = BatchVerdicts.of_steps(batch, steps, unresolved=late | (ended == UNRESOLVED))
-            found.status[late] = Status.TIMEOUT
-            fails = found.failing_step >= 0
-            found.displacement[fails], found.rotation[fails] = shifts[fails], turns[fails]
-            return found
+            verdicts = BatchVerdicts.of_steps(batch, steps, unresolved=late | (ended == UNRESOLVED))
+            verdicts.status[late] = Status.TIMEOUT
+            fails = verdicts.failing_step >= 0
+            verdicts.displacement[fails], verdicts.rotation[fails] = shifts[fails], turns[fails]
+            return verdicts
         if not self._is_vertical:
             return super().evaluate(batch)
-        ended, steps = kernels.balance.first_unbalanced_of_many(
-            *arrays, float(self.parameters.margin)
-        )
-        return BatchVerdicts.of_steps(batch, steps, unresolved=ended == UNRESOLVED)
+        found = given_many(batch).judge(BALANCED, self.parameters.margin)
+        return BatchVerdicts.of_steps(batch, found.steps, unresolved=found.ended == UNRESOLVED)
 
     @property
-    def _motion(self) -> tuple[float, ...]:
-        """Friction, gravity [cm/s2], time and thresholds, as the kernels of motion take them."""
+    def _motion(self) -> How:
+        """How items that lost their balance are followed."""
         p = self.parameters
-        return tuple(map(float, (p.friction, 100.0 * GRAVITY, p.time or 0.0, p.eps_t, p.eps_r)))
+        return How(p.friction, 100.0 * GRAVITY, p.time or 0.0, p.eps_t, p.eps_r)
 
     @property
     def _work(self) -> float:
@@ -217,41 +220,32 @@ class Equilibrium(Method):
 
         Only for ``time`` without ``sides``.
         """
-        timed = kernels.timed_balance
         loading = self._loading(layout)
-        step = timed.first_moved(loading, 0, len(layout), *self._motion)[1]
+        step = loading.first(0, len(layout), self._motion).step
         return min(step + 1, len(layout)), int(loading.counts[0]), int(loading.counts[1])
 
-    def _loading(self, layout: Arrangement) -> kernels.timed_balance.Loading:
+    def _loading(self, layout: Arrangement) -> Followed:
         """A loading of which nothing is placed yet."""
-        loading = kernels.timed_balance.begin(*_arrays(layout))
-        loading.work[1] = self._work
-        return loading
+        return Followed(given(layout), limit=self._work)
 
-    def moved(self, step: int, group: Indices, loading: kernels.timed_balance.Loading) -> Any:
-        """The motion of a group: see :func:`.kernels.timed_balance.moved`.
+    def moved(self, step: int, group: NDArray[np.int32], loading: Followed) -> Moved:
+        """The motion of a group.
 
         Args:
             step: the item placed last.
             group: of it, of which something is out of balance.
             loading: with the item.
         """
-        return kernels.timed_balance.moved(step, group, loading, *self._motion)
-
-    def prepare(self, item_count: int = 0) -> None:
-        """See :meth:`Method.prepare`: compile."""
-        judge_one_item(self)
-        load_balance()
+        return loading.moved(step, group, self._motion)
 
     def _judge(self, layout: Layout, watch: Stopwatch) -> Finding:
         if self._is_timed:
             return self._judge_motion(layout, watch)
-        margin = float(self.parameters.margin)
-        ended, step, item = kernels.balance.first_unbalanced(*_arrays(layout), margin)
-        if ended == BALANCED:
+        found = given(layout).judge(BALANCED, self.parameters.margin)
+        if found.ended == STANDS:
             return STABLE
-        if ended == UNBALANCED and self._is_vertical:
-            return self._unbalanced(step, item)
+        if found.ended == FAILS and self._is_vertical:
+            return self._unbalanced(found.step, found.item)
         balance = VerticalBalance(layout, self.parameters.margin)
         for step in range(len(layout)):
             watch.check()
@@ -262,31 +256,28 @@ class Equilibrium(Method):
 
     def _judge_motion(self, layout: Arrangement, watch: Stopwatch) -> Finding:
         if len(layout) <= _AT_ONCE:
-            found = kernels.timed_balance.first_moved_of(
-                *_arrays(layout), self._work, *self._motion
-            )
+            found = first_moved(given(layout), self._work, self._motion)
         else:
             loading = self._loading(layout)
             first, at_once = 0, _AT_ONCE
             while first < len(layout):
                 begun = time.thread_time()
                 end = min(first + at_once, len(layout))
-                found = kernels.timed_balance.first_moved(loading, first, end, *self._motion)
-                if found[0] != BALANCED:
+                found = loading.first(first, end, self._motion)
+                if found.ended != STANDS:
                     break
                 watch.check()
                 # Steps that take long are judged one by one, so that a limit is kept.
                 first, at_once = end, 1 if time.thread_time() - begun > _LONG else _LATER
-        ended, step, item, displacement, rotation = found
-        if ended == BALANCED:
+        if found.ended == STANDS:
             return STABLE
-        if ended == UNDECIDED:
-            return self.beyond_work(step)
-        if ended == UNRESOLVED:
-            group = find_supports(layout).joined(step, floor=False)
+        if found.ended == UNDECIDED:
+            return self.beyond_work(found.step)
+        if found.ended == UNRESOLVED:
+            group = find_supports(layout).joined(found.step, floor=False)
             why = f"{unresolved(layout.weights[group])}, or no search for them ended"
-            return Finding(status=Status.ERROR, reason=f"step {step}: {why}")
-        return self._moved(step, item, displacement, rotation)
+            return Finding(status=Status.ERROR, reason=f"step {found.step}: {why}")
+        return self._moved(found.step, found.item, found.shift, found.turn)
 
     def _moved(self, step: int, item: int, displacement: float, rotation: float) -> Finding:
         within = f"{self.parameters.time:g} s"
@@ -401,9 +392,3 @@ class Equilibrium(Method):
         worst = fastest(beyond)
         turn = min(float(turns[worst]), 180.0)
         return Movement(items[worst], float(shifts[worst]), turn, float(beyond[worst]))
-
-
-def _arrays(layout: Arrangement) -> tuple[FloatArray, ...]:
-    """The layout as kernels take it."""
-    floor = layout.floor.corners
-    return layout.lower, layout.upper, layout.weights, layout.mass_offsets, floor

@@ -9,6 +9,8 @@ from typing import ClassVar
 
 import numpy as np
 
+from steadyload.core.library import STANDS
+from steadyload.core.whole import BALANCED
 from steadyload.engines.quantities import quantity
 from steadyload.layouts.model.contacts import VERSION as CONTACTS
 from steadyload.layouts.model.contacts import find_supports
@@ -22,12 +24,9 @@ from steadyload.methods.contract.method import (
     StepScorer,
     Stopwatch,
 )
-from steadyload.methods.contract.warming import judge_one_item
-from steadyload.methods.equilibrium.warming import load_balance
-from steadyload.statics import kernels
 from steadyload.statics.balance import DRAWN_IN, VerticalBalance, inset
 from steadyload.statics.balance import VERSION as BALANCE
-from steadyload.statics.kernels.constants import BALANCED
+from steadyload.statics.given import given
 from steadyload.statics.movement import Movement
 from steadyload.statics.rest_position import VERSION as REST
 from steadyload.statics.rest_position import RestPositions
@@ -91,19 +90,12 @@ class Settling(Method):
         """See :meth:`Method.steps`, and :class:`SettlingSteps` for the scores."""
         return SettlingSteps(self.parameters, layout)
 
-    def prepare(self, item_count: int = 0) -> None:
-        """See :meth:`Method.prepare`: compile."""
-        judge_one_item(self)
-        load_balance()
-
     def _judge(self, layout: Layout, watch: Stopwatch) -> Finding:
-        floor, margin = layout.floor.corners, float(self.parameters.margin)
-        arrays = layout.lower, layout.upper, layout.weights, layout.mass_offsets
-        ended, first, _ = kernels.balance.first_unbalanced(*arrays, floor, margin)
-        if ended == BALANCED:
+        found = given(layout).judge(BALANCED, self.parameters.margin)
+        if found.ended == STANDS:
             return STABLE
         steps = SettlingSteps(self.parameters, layout)
-        for step in range(first, len(layout)):
+        for step in range(found.step, len(layout)):
             watch.check()
             # One that is no number is above nothing.
             if not steps.step_score(step) <= 1.0:

@@ -7,14 +7,14 @@ from collections.abc import Sequence
 from typing import Any, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
+from steadyload.core.library import FAILS, STANDS
+from steadyload.core.timed import UNDECIDED, Followed, Group, Moved
 from steadyload.layouts.model.layout import Arrangement, Layout
 from steadyload.methods.contract.method import Finding, StepScorer
-from steadyload.statics import kernels
 from steadyload.statics.balance import VerticalBalance
-from steadyload.statics.kernels.constants import BALANCED, UNBALANCED, UNDECIDED
 from steadyload.statics.movement import Movement
-from steadyload.statics.touching import Indices
 
 
 class Balancing(Protocol):
@@ -31,8 +31,8 @@ class Balancing(Protocol):
     def farthest(self, layout: Arrangement, items: Sequence[int], step: int) -> Movement:
         """The item of a group that gets furthest within the time."""
 
-    def moved(self, step: int, group: Indices, loading: kernels.timed_balance.Loading) -> Any:
-        """The motion of a group, by the kernels."""
+    def moved(self, step: int, group: NDArray[np.int32], loading: Followed) -> Moved:
+        """The motion of a group of a loading that is followed."""
 
     def beyond_work(self, step: int) -> Finding:
         """The finding at a step whose motion takes more work than is allowed."""
@@ -85,31 +85,31 @@ class BalancedSteps(StepScorer):
 
 
 class TimedSteps(BalancedSteps):
-    """Steps whose motions the kernels follow: the last one is kept as long as nothing of it
+    """Steps whose motions are followed in C: the last one is kept as long as nothing of it
     changes, and a step whose motion takes more work than is allowed has no score.
     """
 
-    def __init__(
-        self, method: Balancing, layout: Layout, loading: kernels.timed_balance.Loading
-    ) -> None:
+    def __init__(self, method: Balancing, layout: Layout, loading: Followed) -> None:
         super().__init__(method, layout)
         self._loading = loading
-        self._ended, self._is_kept = BALANCED, False
-        self._group = np.empty(0, dtype=np.int64)
+        self._ended = STANDS
+        self._group = Group(STANDS, False, np.empty(0, dtype=np.int32))
 
     def _place(self, step: int) -> int | None:
-        found = kernels.timed_balance.moving_group(step, self._loading)
-        self._ended, self._is_kept, self._group = found
+        self._group = self._loading.group(step)
+        self._ended = self._group.ended
         return super()._place(step)
 
     def _beyond(self, step: int) -> float:
-        if self._ended == BALANCED:  # but for rounding
+        if self._ended == STANDS:  # but for rounding
             return 0.0
-        if self._is_kept:
-            return float(self._loading.beyond[self._group].max())
-        if self._ended == UNBALANCED:
-            self._ended, *_, beyond = self._method.moved(step, self._group, self._loading)
-        return float(beyond) if self._ended == UNBALANCED else math.nan
+        if self._group.kept:
+            return float(self._loading.beyond[self._group.items].max())
+        if self._ended != FAILS:
+            return math.nan
+        moved = self._method.moved(step, self._group.items, self._loading)
+        self._ended = moved.ended
+        return moved.beyond if moved.ended == FAILS else math.nan
 
     def finding(self, step: int) -> Finding:
         """See :meth:`StepScorer.finding`."""

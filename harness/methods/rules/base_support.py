@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from steadyload.core.whole import SUPPORTED
 from steadyload.engines.quantities import quantity
 from steadyload.layouts.model.batch import LayoutBatch
 from steadyload.layouts.model.contacts import VERSION as CONTACTS
@@ -25,9 +26,8 @@ from steadyload.methods.contract.method import (
     Stopwatch,
 )
 from steadyload.methods.contract.spec import NoParameters
-from steadyload.methods.contract.warming import judge_one_item
 from steadyload.methods.rules.rule_loading import RuleLoader
-from steadyload.statics import kernels
+from steadyload.statics.given import given, given_many
 from steadyload.statics.kernels.constants import ROUNDING
 
 
@@ -64,21 +64,13 @@ class PartialBaseSupport(Method):
         """See :meth:`Method.steps`."""
         return _SupportedSteps(_support(layout, find_contacts(layout)), 1.0 - self._alpha)
 
-    def prepare(self, item_count: int = 0) -> None:
-        """See :meth:`Method.prepare`: compile."""
-        judge_one_item(self)
-
     def _judge(self, layout: Layout, watch: Stopwatch) -> Finding:
-        step, share = kernels.base_support.first_with_little_support(
-            layout.lower, layout.upper, layout.floor.corners, self._alpha
-        )
+        _, step, _, share = given(layout).judge(SUPPORTED, self._alpha)
         return STABLE if step == len(layout) else self._too_little(step, share)
 
     def evaluate(self, batch: LayoutBatch) -> BatchVerdicts:
         """See :meth:`Method.evaluate`."""
-        steps, shares = kernels.base_support.first_with_little_support_of_many(
-            batch.lower, batch.upper, batch.floors, batch.starts, self._alpha
-        )
+        _, steps, _, shares = given_many(batch).judge(SUPPORTED, self._alpha)
         return BatchVerdicts.of_steps(
             batch, steps, finding=lambda k: self._too_little(int(steps[k]), float(shares[k]))
         )
@@ -87,7 +79,7 @@ class PartialBaseSupport(Method):
         """A loader that checks the new item and the items it stands on."""
         return RuleLoader(
             layout,
-            kernels.placing.SUPPORTED,
+            SUPPORTED,
             lambda step, _, share: self._too_little(step, share),
             self._alpha,
         )

@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import ClassVar
 
+from steadyload.core.whole import CARRIED
 from steadyload.layouts.model.batch import LayoutBatch
 from steadyload.layouts.model.contacts import VERSION as CONTACTS
 from steadyload.layouts.model.growing import GrowingLayout
@@ -21,9 +22,8 @@ from steadyload.methods.contract.method import (
     Stopwatch,
 )
 from steadyload.methods.contract.spec import NoParameters
-from steadyload.methods.contract.warming import judge_one_item
 from steadyload.methods.rules.rule_loading import RuleLoader
-from steadyload.statics import kernels
+from steadyload.statics.given import given, given_many
 
 
 class StaticMechanicalEquilibrium(Method):
@@ -46,32 +46,24 @@ class StaticMechanicalEquilibrium(Method):
         """See :attr:`Method.traits`."""
         return frozenset((Trait.STEPWISE, Trait.CENTRES_OF_MASS))
 
-    def prepare(self, item_count: int = 0) -> None:
-        """See :meth:`Method.prepare`: compile."""
-        judge_one_item(self)
-
     def _judge(self, layout: Layout, watch: Stopwatch) -> Finding:
-        step, culprit, carried = kernels.sme.first_unsupported(
-            layout.lower, layout.upper, layout.weights, layout.mass_offsets, layout.floor.corners
-        )
-        return STABLE if step == len(layout) else _finding(step, culprit, carried=carried)
+        _, step, culprit, carried = given(layout).judge(CARRIED, 0.0)
+        return STABLE if step == len(layout) else _finding(step, culprit, carried=bool(carried))
 
     def evaluate(self, batch: LayoutBatch) -> BatchVerdicts:
         """See :meth:`Method.evaluate`."""
-        steps, culprits, carried = kernels.sme.first_unsupported_of_many(
-            batch.lower, batch.upper, batch.weights, batch.mass_offsets, batch.floors, batch.starts
-        )
+        _, steps, culprits, carried = given_many(batch).judge(CARRIED, 0.0)
         return BatchVerdicts.of_steps(
             batch,
             steps,
-            finding=lambda k: _finding(int(steps[k]), int(culprits[k]), carried=carried[k]),
+            finding=lambda k: _finding(int(steps[k]), int(culprits[k]), carried=bool(carried[k])),
         )
 
     def begin(self, layout: GrowingLayout) -> Loader:
         """A loader that checks the new item and the items that carry it."""
         return RuleLoader(
             layout,
-            kernels.placing.CARRIED,
+            CARRIED,
             lambda step, culprit, carried: _finding(step, culprit, carried=bool(carried)),
         )
 

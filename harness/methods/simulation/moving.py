@@ -7,14 +7,15 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from steadyload.core.library import FAILS, UNRESOLVED
+from steadyload.core.timed import Followed
 from steadyload.engines.attitudes import rotate
 from steadyload.layouts.model.layout import FloatArray, Layout
 from steadyload.methods.contract.method import Finding
 from steadyload.methods.simulation.criteria import Indices
 from steadyload.methods.simulation.placements import Placements
 from steadyload.methods.simulation.scene import Across, gaps, in_layout, neighbourhood
-from steadyload.statics import kernels
-from steadyload.statics.kernels.constants import UNBALANCED, UNRESOLVED
+from steadyload.statics.given import given
 
 BoolArray = NDArray[np.bool_]
 
@@ -55,9 +56,7 @@ class MovingItems:
     ) -> None:
         self._layout, self._reach, self._across = layout, reach, across
         self._margin = margin
-        arrays = layout.lower, layout.upper, layout.weights, layout.mass_offsets
-        self._loading = kernels.timed_balance.begin(*arrays, layout.floor.corners)
-        kernels.contacts.draw_in(self._loading.contacts.patches, margin)
+        self._loading = Followed(given(layout), margin)
         self._placed = 0
         self._lost = False
         # By number of the answer, from 1: how far something got, in units of its threshold.
@@ -88,7 +87,7 @@ class MovingItems:
         """Whether the last answer is that with the new item, too, and what moves without one."""
         loading, placed = self._loading, slice(step + 1)
         before = loading.answers.copy()
-        ended, kept, group = kernels.timed_balance.moving_group(step, loading)
+        ended, kept, group = loading.group(step)
         # Rounding hides whether forces balance: they are those without the item from now on.
         self._lost = self._lost or ended == UNRESOLVED
         # What came in the way of one item came in the way of all that were simulated with it.
@@ -96,14 +95,11 @@ class MovingItems:
         again = np.isin(before, gone)
         loading.answers[again] = 0
         asked = again
-        if ended == UNBALANCED and not kept:
+        if ended == FAILS and not kept:
             asked[group] = True
         moves = asked & loading.moves
-        layout = self._layout
-        moves[step] |= kernels.balance.is_near_its_edge(
-            step, loading.contacts, layout.lower, layout.upper, layout.mass_offsets, self._margin
-        )
-        return bool(kept), np.flatnonzero(moves[placed])
+        moves[step] |= loading.is_near_its_edge(step, self._margin)
+        return kept, np.flatnonzero(moves[placed])
 
     def _simulated(self, step: int, moves: Indices, run: Placements) -> Finding | None:
         free = self._with_those_below(self._with_those_above(moves, step), step)
@@ -124,14 +120,13 @@ class MovingItems:
 
     def _with_those_above(self, items: Indices, step: int) -> Indices:
         """Some items and what stands on them, directly or over others, in order."""
-        contacts = self._loading.contacts
-        starts, ends = contacts.above_starts, contacts.above_ends
-        return _closure(items, starts, ends, contacts.above, step)
+        loading = self._loading
+        return _closure(items, loading.above_starts, loading.above_ends, loading.above, step)
 
     def _with_those_below(self, items: Indices, step: int) -> Indices:
         """Some items and what carries them, directly or under others, in order."""
-        contacts = self._loading.contacts
-        return _closure(items, contacts.starts, contacts.ends, contacts.below, step)
+        loading = self._loading
+        return _closure(items, loading.starts, loading.ends, loading.below, step)
 
     def _reached(self, free: Indices, run: Placements) -> tuple[FloatArray, FloatArray]:
         """Corners of the free items' bounding boxes by now [cm], shape (n, 3) each."""
@@ -157,15 +152,13 @@ class MovingItems:
         return fixed[touches.any(axis=1)]
 
     def _keep(self, free: Indices, low: FloatArray, high: FloatArray, beyond: float) -> None:
-        """Keep the answer for what comes later; see
-        :class:`steadyload.statics.kernels.timed_balance`.
-        """
+        """Keep the answer for what comes later; see :class:`steadyload.core.timed.Followed`."""
         loading, layout = self._loading, self._layout
         loading.answers[free] = len(self._answers)
         self._answers.append(beyond)
         loading.solved[free] = True
-        loading.most[free, :, 0] = np.maximum(high - layout.upper[free], 0.0)
-        loading.most[free, :, 1] = np.maximum(layout.lower[free] - low, 0.0)
+        loading.farthest[free, :, 0] = np.maximum(high - layout.upper[free], 0.0)
+        loading.farthest[free, :, 1] = np.maximum(layout.lower[free] - low, 0.0)
 
 
 def _closure(items: Indices, starts: Indices, ends: Indices, others: Indices, last: int) -> Indices:

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 from scipy.sparse import block_array, csc_array, diags_array, eye_array
 
+from steadyload.core.forces import least_squares
 from steadyload.layouts.model.contacts import FLOOR, Supports, find_supports
 from steadyload.layouts.model.layout import Arrangement, FloatArray
-from steadyload.statics import kernels
 from steadyload.statics.bearing.pressing import Corners
 from steadyload.statics.cones import is_solved, solve_cones
 from steadyload.statics.corners import corner_entries
@@ -226,7 +226,7 @@ class Statics:
         target = np.concatenate((target, np.zeros(len(soft))))
         # SciPy's nnls (1.17.1) ends at forces that are far from the least where columns are alike.
         columns = np.ascontiguousarray(stacked.T)
-        found, _, ended = kernels.least_squares.nonnegative_least_squares(columns, target)
+        found, _, ended = least_squares(columns, target)
         if not ended:
             found = lsq_linear(stacked, target, (0.0, np.inf)).x
         return unit * np.asarray(found)

@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array, csc_array, eye_array
 from scipy.sparse.linalg import splu
 
+from steadyload.core.forces import Energy
 from steadyload.layouts.model.contacts import FLOOR
 from steadyload.layouts.model.layout import Arrangement, FloatArray
-from steadyload.statics import kernels
 from steadyload.statics.bearing.forces import Rectangles, Statics
 from steadyload.statics.bearing.pressing import FIRM
 
@@ -35,21 +35,16 @@ class GrowingStatics:
         self._place = _elimination_order(self._pairs, count)
         self._root = np.sqrt(statics.soft())
         matrix = statics.matrix
-        starts = matrix.indptr.astype(np.int64)
         box, of_box = np.divmod(matrix.indices.astype(np.int64), 3)
-        values = matrix.data / np.repeat(self._root, np.diff(starts))
+        values = matrix.data / np.repeat(self._root, np.diff(matrix.indptr))
         rows = 3 * self._place[box] + of_box
-        self._columns = kernels.least_energy.Columns(starts, rows, values)
-        self._firm = FIRM * (1.0 + np.bincount(rows, values**2, 3 * count))
-        starts, rows = _layout_of_factors(self._pairs, self._place)
-        self._factors = kernels.least_energy.Factors(
-            starts, rows, np.zeros(len(rows)), self._firm.copy()
-        )
-        self._right = np.zeros(3 * count)
-        self._right[3 * self._place] = statics.weights
-        self._multipliers = np.zeros(3 * count)
-        self._presses = presses.ravel()
-        self._held = np.zeros(len(self._root), dtype=np.bool_)
+        firm = FIRM * (1.0 + np.bincount(rows, values**2, 3 * count))
+        right = np.zeros(3 * count)
+        right[3 * self._place] = statics.weights
+        self._energy = Energy(
+            *map(_as_int32, _layout_of_factors(self._pairs, self._place)), firm,
+            _as_int32(matrix.indptr), _as_int32(rows), values, right, presses.ravel(),
+        )  # fmt: skip
 
     def borne(self, group: NDArray[np.int64]) -> FloatArray | None:
         """The loads on the tops of all boxes by the forces in a group [kg], (J,).
@@ -67,16 +62,17 @@ class GrowingStatics:
         contacts = np.flatnonzero(is_there[below] & is_there[above])
         corners = (4 * contacts[:, None] + np.arange(4)).ravel()
         equations = (3 * np.sort(self._place[group])[:, None] + np.arange(3)).ravel()
-        pulls = np.empty(len(corners))
-        if not kernels.least_energy.solved(
-            self._factors, self._columns, corners, equations, self._right, self._presses,
-            self._held, self._multipliers, pulls,
-        ):  # fmt: skip
+        pulls = self._energy.pulls(_as_int32(corners), _as_int32(equations))
+        if pulls is None:
             return None
         forces = np.maximum(pulls, 0.0) / self._root[corners]
         under = np.repeat(below[contacts], 4)
         tops = np.bincount(under[under != FLOOR], forces[under != FLOOR], len(self._place))
         return np.asarray(tops, dtype=np.float64)
+
+
+def _as_int32(values: NDArray[np.integer]) -> NDArray[np.int32]:
+    return np.ascontiguousarray(values, dtype=np.int32)
 
 
 def _elimination_order(pairs: NDArray[np.int64], count: int) -> NDArray[np.int64]:

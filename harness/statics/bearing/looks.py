@@ -132,7 +132,7 @@ class Passing:
             return list(standing)
         if self._statics is None:
             looks = self._looks
-            self._statics = GrowingStatics(looks.layout, looks.contacts, looks.pressed.copy())
+            self._statics = GrowingStatics(looks.layout, looks.contacts, looks.pressed)
         borne = self._statics.borne(group)
         if borne is None:
             self._statics = None  # it begins anew from the solution of this step

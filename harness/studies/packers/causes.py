@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from enum import StrEnum
 
+from steadyload.core.library import FAILS
 from steadyload.layouts.model.contacts import find_supports
 from steadyload.layouts.model.footing import gaps, largest
 from steadyload.layouts.model.layout import Layout
 from steadyload.statics.balance import solve
-from steadyload.statics.kernels.constants import UNBALANCED
 
 
 class Cause(StrEnum):
@@ -39,11 +39,11 @@ def cause_of(layout: Layout, step: int) -> Cause:
     below = supports.below[step]
     if not below:
         return Cause.NOTHING
-    if solve(loaded, [step], below).ended == UNBALANCED:
+    if solve(loaded, [step], below).ended == FAILS:
         return Cause.OUT
     group = supports.joined(step, floor=False)
     patches = [patch for item in group for patch in supports.below[item]]
-    if solve(loaded, group, patches).ended == UNBALANCED:
+    if solve(loaded, group, patches).ended == FAILS:
         return Cause.BELOW
     return Cause.BALANCED
 
