@@ -17,8 +17,8 @@ from steadyload.core import forces, loading, session, whole
 from steadyload.layouts.benchmark.dataset import SETS, load_benchmark
 from steadyload.layouts.model.layout import Item, Layout, Pallet
 from steadyload.statics import kernels
+from steadyload.statics.bearing import growing
 from steadyload.statics.bearing.forces import Rectangles
-from steadyload.statics.bearing.growing import GrowingStatics
 from steadyload.statics.kernels import growing as grown
 from steadyload.statics.kernels import least_energy, placing
 from steadyload.statics.kernels import loading as loads
@@ -436,7 +436,8 @@ def standing(arrays):
 
 def energy(tally, share, seed):
     """Forces of least energy, as a load grows."""
-    rng = np.random.default_rng(seed + 5)
+    rng, given = np.random.default_rng(seed + 5), []
+    growing.Energy = lambda *equations: given.extend(equations) or forces.Energy(*equations)
     for arrays in both(share, seed + 40, 2400, 15, 16):
         try:
             layout = layout_of(arrays if rng.random() < 0.2 else standing(arrays))
@@ -445,16 +446,18 @@ def energy(tally, share, seed):
         tally.layouts += 1
         contacts = Rectangles.of(layout)
         presses = rng.random((len(contacts.pairs), 4)) < 0.7
-        statics = GrowingStatics(layout, contacts, presses)
-        columns, factors = statics._columns, statics._factors
-        whole_numbers = [
-            np.asarray(a, dtype=np.int32)
-            for a in (factors.starts, factors.rows, columns.starts, columns.rows)
-        ]
-        held = forces.Energy(
-            *whole_numbers[:2], factors.diagonal, *whole_numbers[2:], columns.values,
-            statics._right, statics._presses.copy(),
-        )  # fmt: skip
+        given.clear()
+        statics = growing.GrowingStatics(layout, contacts, presses)
+        starts, rows, diagonal, column_starts, column_rows, values, right, pressed = map(
+            np.copy, given
+        )
+        factors = least_energy.Factors(
+            starts.astype(np.int64), rows.astype(np.int64), np.zeros(len(rows)), diagonal
+        )
+        columns = least_energy.Columns(
+            column_starts.astype(np.int64), column_rows.astype(np.int64), values
+        )
+        held, multipliers = np.zeros(len(pressed), dtype=np.bool_), np.zeros(len(right))
         below, above = statics._pairs.T
         for count in sorted(set(rng.integers(1, len(layout) + 1, 4).tolist()) | {len(layout)}):
             there = np.zeros(len(layout) + 1, dtype=bool)
@@ -465,10 +468,9 @@ def energy(tally, share, seed):
             equations = (3 * group[:, None] + np.arange(3)).ravel()
             pulls = np.empty(len(corners))
             ended = least_energy.solved(
-                factors, columns, corners, equations, statics._right, statics._presses,
-                statics._held, statics._multipliers, pulls,
+                factors, columns, corners, equations, right, pressed, held, multipliers, pulls,
             )  # fmt: skip
-            found = held.pulls(corners.astype(np.int32), equations.astype(np.int32))
+            found = statics._energy.pulls(corners.astype(np.int32), equations.astype(np.int32))
             tally.same("ended", [bool(ended)], [found is not None])
             if found is None or not ended:
                 break
