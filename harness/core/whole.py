@@ -20,9 +20,6 @@ from steadyload.core.library import (
     work,
 )
 
-SUPPORTED, CARRIED, BALANCED = range(3)
-"""Rules: ``sl_rule`` of steadyload.h."""
-
 
 class Given:
     """A layout whose arrays are as C takes them, which is looked at once.
@@ -41,6 +38,10 @@ class Given:
         self._arrays = lower, upper, weights, offsets, floor
         boxes = _boxes(lower, upper, weights, offsets)
         self._addresses = *boxes, array("floor", floor, 5)
+
+    def __reduce__(self) -> tuple[type[Given], tuple[Any, ...]]:
+        """Addresses are those of this process."""
+        return type(self), self._arrays
 
     def judge(self, rule: int, alpha: float) -> Finding:
         """The first failure: ``sl_judge``."""
@@ -79,21 +80,20 @@ def judge_many(
     Args:
         rule: see the header.
         alpha: likewise.
-        starts: of type int32, (L + 1,); they do not descend, nor go beyond the boxes.
+        starts: whole numbers, (L + 1,); they do not descend, nor go beyond the boxes.
         lower: see the header, as all that follow.
         upper: likewise.
         weights: likewise.
         offsets: likewise.
         floors: likewise.
     """
-    (count, *boxes), layouts = (
-        _boxes(lower, upper, weights, offsets),
-        count_of("starts", starts) - 1,
-    )
-    first = array("starts", starts, layouts + 1, kind=np.int32)
+    count, *boxes = _boxes(lower, upper, weights, offsets)
+    layouts = count_of("starts", starts) - 1
     of_floors = array("floors", floors, layouts, 5)
     if layouts < 0 or starts[0] < 0 or starts[-1] > count or (np.diff(starts) < 0).any():
         raise RefusedError("starts of layouts descend, or go beyond the boxes")
+    whole = starts.astype(np.int32)
+    first = array("starts", whole, layouts + 1, kind=np.int32)
     found = np.empty(layouts, FINDING)
     ended = LIBRARY.sl_judge_many(
         work(), rule, alpha, layouts, first, *boxes, of_floors, found.ctypes.data

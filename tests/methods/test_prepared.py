@@ -1,20 +1,51 @@
-"""A prepared method has compiled, or loaded, all that it judges with."""
+"""A prepared method has loaded, or compiled, all that it judges with."""
 
 import subprocess
 import sys
 
+import pytest
+
 CODE = """
-from steadyload.statics.kernels import balance, base_support, sme
+import sys
+from steadyload.layouts import Item, Layout, Pallet
 from steadyload.methods.registry import make_method
 
-kernels = (sme.first_unsupported, base_support.first_with_little_support, balance.first_unbalanced)
-assert not any(kernel.signatures for kernel in kernels)
-for spec in ("sme", "fbs", "equilibrium"):
-    make_method(spec).prepare()
-print(*(len(kernel.signatures) for kernel in kernels))
+size = (9.0, 9.0, 9.0)
+boxes = (Item(0, (0.0, 0.0, 0.0), size, 1.0), Item(1, (6.0, 9.0, 0.0), size, 1.0))
+layout = Layout("leans", Pallet(100.0, 100.0, 100.0), boxes)
+method = make_method(sys.argv[1])
+method.prepare()
+before = {*sys.modules}
+assert not method.judge(layout).stable
+print(sorted({*sys.modules} - before))
+"""
+
+KERNELS = """
+from steadyload.statics.kernels import balance
+from steadyload.methods.registry import make_method
+
+assert not balance.first_unbalanced.signatures
+make_method("equilibrium").prepare()
+print(len(balance.first_unbalanced.signatures))
 """
 
 
-def test_the_first_judgement_of_a_static_method_does_not_wait_for_compilation():
-    done = subprocess.run([sys.executable, "-c", CODE], capture_output=True, text=True)
-    assert done.stdout == "1 1 1\n", done.stderr
+def printed(*words):
+    done = subprocess.run([sys.executable, "-c", *words], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+@pytest.mark.parametrize("spec", ["sme", "fbs", "equilibrium"])
+def test_the_first_judgement_of_a_static_method_imports_nothing(spec):
+    assert printed(CODE, spec) == "[]\n"
+
+
+def test_the_first_judgement_of_balance_does_not_wait_for_compilation():
+    assert printed(KERNELS) == "1\n"
+
+
+@pytest.mark.parametrize("spec", ["sme", "fbs", "pbs0.7"])
+def test_rules_need_no_compilation(spec):
+    code = CODE.replace("print(sorted({*sys.modules} - before))", "print('numba' in sys.modules)")
+    assert printed(code, spec) == "False\n"

@@ -8,6 +8,10 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from steadyload.core import whole
+from steadyload.core.constants import ROUNDING, STANDS, SUPPORTED
+from steadyload.core.library import Finding as Found
+from steadyload.core.library import finding
 from steadyload.engines.quantities import quantity
 from steadyload.layouts.model.batch import LayoutBatch
 from steadyload.layouts.model.contacts import VERSION as CONTACTS
@@ -25,10 +29,7 @@ from steadyload.methods.contract.method import (
     Stopwatch,
 )
 from steadyload.methods.contract.spec import NoParameters
-from steadyload.methods.contract.warming import judge_one_item
 from steadyload.methods.rules.rule_loading import RuleLoader
-from steadyload.statics import kernels
-from steadyload.statics.kernels.constants import ROUNDING
 
 
 @dataclass(frozen=True)
@@ -64,39 +65,29 @@ class PartialBaseSupport(Method):
         """See :meth:`Method.steps`."""
         return _SupportedSteps(_support(layout, find_contacts(layout)), 1.0 - self._alpha)
 
-    def prepare(self, item_count: int = 0) -> None:
-        """See :meth:`Method.prepare`: compile."""
-        judge_one_item(self)
-
     def _judge(self, layout: Layout, watch: Stopwatch) -> Finding:
-        step, share = kernels.base_support.first_with_little_support(
-            layout.lower, layout.upper, layout.floor.corners, self._alpha
-        )
-        return STABLE if step == len(layout) else self._too_little(step, share)
+        found = layout.given.judge(SUPPORTED, self._alpha)
+        return STABLE if found.ended == STANDS else self._too_little(found)
 
     def evaluate(self, batch: LayoutBatch) -> BatchVerdicts:
         """See :meth:`Method.evaluate`."""
-        steps, shares = kernels.base_support.first_with_little_support_of_many(
-            batch.lower, batch.upper, batch.floors, batch.starts, self._alpha
-        )
+        found = whole.judge_many(
+            SUPPORTED, self._alpha, batch.starts, batch.lower, batch.upper, batch.weights,
+            batch.mass_offsets, batch.floors,
+        )  # fmt: skip
         return BatchVerdicts.of_steps(
-            batch, steps, finding=lambda k: self._too_little(int(steps[k]), float(shares[k]))
+            batch, found["step"], finding=lambda k: self._too_little(finding(found, k))
         )
 
     def begin(self, layout: GrowingLayout) -> Loader:
         """A loader that checks the new item and the items it stands on."""
-        return RuleLoader(
-            layout,
-            kernels.placing.SUPPORTED,
-            lambda step, _, share: self._too_little(step, share),
-            self._alpha,
-        )
+        return RuleLoader(layout, SUPPORTED, self._too_little, self._alpha)
 
-    def _too_little(self, step: int, support: float) -> Finding:
+    def _too_little(self, found: Found) -> Finding:
         return Finding(
-            failing_step=step,
-            moved_item=step,
-            reason=f"{support:.1%} of its base is supported; required: {self._alpha:.1%}",
+            failing_step=found.step,
+            moved_item=found.step,
+            reason=f"{found.number:.1%} of its base is supported; required: {self._alpha:.1%}",
         )
 
 

@@ -7,6 +7,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import ClassVar
 
+from steadyload.core import whole
+from steadyload.core.constants import CARRIED, STANDS
+from steadyload.core.library import Finding as Found
+from steadyload.core.library import finding
 from steadyload.layouts.model.batch import LayoutBatch
 from steadyload.layouts.model.contacts import VERSION as CONTACTS
 from steadyload.layouts.model.growing import GrowingLayout
@@ -21,9 +25,7 @@ from steadyload.methods.contract.method import (
     Stopwatch,
 )
 from steadyload.methods.contract.spec import NoParameters
-from steadyload.methods.contract.warming import judge_one_item
 from steadyload.methods.rules.rule_loading import RuleLoader
-from steadyload.statics import kernels
 
 
 class StaticMechanicalEquilibrium(Method):
@@ -46,36 +48,26 @@ class StaticMechanicalEquilibrium(Method):
         """See :attr:`Method.traits`."""
         return frozenset((Trait.STEPWISE, Trait.CENTRES_OF_MASS))
 
-    def prepare(self, item_count: int = 0) -> None:
-        """See :meth:`Method.prepare`: compile."""
-        judge_one_item(self)
-
     def _judge(self, layout: Layout, watch: Stopwatch) -> Finding:
-        step, culprit, carried = kernels.sme.first_unsupported(
-            layout.lower, layout.upper, layout.weights, layout.mass_offsets, layout.floor.corners
-        )
-        return STABLE if step == len(layout) else _finding(step, culprit, carried=carried)
+        found = layout.given.judge(CARRIED, 0.0)
+        return STABLE if found.ended == STANDS else _unsupported(found)
 
     def evaluate(self, batch: LayoutBatch) -> BatchVerdicts:
         """See :meth:`Method.evaluate`."""
-        steps, culprits, carried = kernels.sme.first_unsupported_of_many(
-            batch.lower, batch.upper, batch.weights, batch.mass_offsets, batch.floors, batch.starts
-        )
+        found = whole.judge_many(
+            CARRIED, 0.0, batch.starts, batch.lower, batch.upper, batch.weights,
+            batch.mass_offsets, batch.floors,
+        )  # fmt: skip
         return BatchVerdicts.of_steps(
-            batch,
-            steps,
-            finding=lambda k: _finding(int(steps[k]), int(culprits[k]), carried=carried[k]),
+            batch, found["step"], finding=lambda k: _unsupported(finding(found, k))
         )
 
     def begin(self, layout: GrowingLayout) -> Loader:
         """A loader that checks the new item and the items that carry it."""
-        return RuleLoader(
-            layout,
-            kernels.placing.CARRIED,
-            lambda step, culprit, carried: _finding(step, culprit, carried=bool(carried)),
-        )
+        return RuleLoader(layout, CARRIED, _unsupported)
 
 
-def _finding(step: int, culprit: int, *, carried: bool) -> Finding:
+def _unsupported(found: Found) -> Finding:
     lies = "the resultant of its load lies outside its support"
-    return Finding(step, culprit, reason=lies if carried else "nothing supports it")
+    reason = lies if found.number else "nothing supports it"
+    return Finding(found.step, found.item, reason=reason)
