@@ -20,7 +20,7 @@ TEST := $(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 # Tests start many processes, each of which would compile all sources anew.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help study test test-deep fuzz mutants lint types lock bench benchmark planar lists choosing docs site clean pages pin
+.PHONY: help build study test test-deep fuzz mutants lint types lock bench benchmark planar lists choosing docs site clean pages pin
 
 help: ## list these targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-10s %s\n", $$1, $$2}'
@@ -36,7 +36,7 @@ $(LINKS): $(JUDGING) harness
 	$(BIN)/python setup.py --quiet links
 	@touch $@
 
-$(READY): $(JUDGING) locks/all-$(VERSION).txt | $(LINKS)
+$(READY): $(JUDGING) locks/all-$(VERSION).txt | $(LINKS) build
 	$(INSTALL) --require-hashes -r locks/all-$(VERSION).txt
 	@touch $@
 
@@ -44,7 +44,10 @@ $(SITE): $(READY) locks/site-$(VERSION).txt
 	$(INSTALL) --require-hashes -r locks/site-$(VERSION).txt
 	@touch $@
 
-study: $(JUDGING) $(LINKS) ## run the embedded study and write its report
+build: $(JUDGING) ## build the C library, where a source of it has changed
+	@$(BIN)/python harness/core/building.py
+
+study: $(JUDGING) $(LINKS) build ## run the embedded study and write its report
 	@$(BIN)/steadyload study run embedded --output runs/embedded
 	@$(BIN)/steadyload study report runs/embedded
 
@@ -125,4 +128,4 @@ site: $(SITE) ## build a static site of docs, pages and API in runs/site/html (t
 		runs/site/source runs/site/html
 
 clean: ## remove the virtual environment, caches and runs
-	rm -rf .venv .src runs .pytest_cache .ruff_cache .mypy_cache .hypothesis
+	rm -rf .venv .src harness/core/lib runs .pytest_cache .ruff_cache .mypy_cache .hypothesis

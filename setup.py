@@ -6,12 +6,15 @@ A wheel has them there. An editable install has links there, in ``.src``, which 
 
 import atexit
 import contextlib
+import importlib.util
 import os
 import shutil
 import tempfile
 from pathlib import Path
 
 from setuptools import Command, find_packages, setup
+from setuptools.command.bdist_wheel import bdist_wheel
+from setuptools.command.build_py import build_py
 from setuptools.command.editable_wheel import editable_wheel
 
 FOLDERS = {
@@ -56,6 +59,32 @@ class Links(Command):
                 link.symlink_to(target)
 
 
+class Build(build_py):
+    """The packages with the C library for this platform: in the clone where that is installed."""
+
+    def run(self):
+        """Build the library beside its sources, or beside the copies of these."""
+        super().run()
+        spec = importlib.util.spec_from_file_location("building", "harness/core/building.py")
+        building = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(building)
+        package = "harness" if self.editable_mode else Path(self.build_lib, "steadyload")
+        building.build(Path(package, "core", "lib"), building.name())
+
+
+class Wheel(bdist_wheel):
+    """A wheel for this platform alone, and for every Python."""
+
+    def finalize_options(self):
+        """The library is of one platform."""
+        super().finalize_options()
+        self.root_is_pure = False
+
+    def get_tag(self):
+        """The library takes no part of Python."""
+        return "py3", "none", super().get_tag()[2]
+
+
 class Editable(editable_wheel):
     """An editable install of the links, or of the mapping where links cannot be made."""
 
@@ -68,7 +97,12 @@ class Editable(editable_wheel):
 
 
 setup(
-    cmdclass={"links": Links, "editable_wheel": Editable},
+    cmdclass={
+        "links": Links,
+        "build_py": Build,
+        "bdist_wheel": Wheel,
+        "editable_wheel": Editable,
+    },
     packages=[
         ".".join([name, *inner])
         for name, folder in FOLDERS.items()
@@ -78,6 +112,7 @@ setup(
     package_data={"": ["**/*"]},
     exclude_package_data={
         "": ["__pycache__/*", "*/__pycache__/*"],
+        "steadyload.core": ["lib/*"],  # that of the clone, which may be of other sources
         "steadyload.reports": ["published/**", "rows/**"],
     },
     # What an earlier build left beside the sources would add modules that have been deleted since.

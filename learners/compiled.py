@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from steadyload import compilation
-from steadyload.statics.kernels import constants, convex_hull
+from steadyload.core import constants
+from steadyload.statics.kernels import convex_hull
 
 _COMPILED = ("features", "inference", "convex_hull", "ranges", "support")
 """The files that hold compiled functions."""

@@ -15,7 +15,7 @@ FOLDERS = {"harness": "", "engines": "engines.", "learners": "learners.", "repor
 """Folder of the repository -> where it is installed below ``steadyload``."""
 
 _LAYOUTS = {
-    "layouts", "statics.kernels", "statistics", "atomic", "errors", "escaping", "numbers",
+    "core", "layouts", "statics.kernels", "statistics", "atomic", "errors", "escaping", "numbers",
     "reading", "stored", "notebook", "plugins", "progress", "config",
 }  # fmt: skip
 _METHODS = {"methods", "engines", "statics", "time_limit", *_LAYOUTS}
@@ -45,7 +45,8 @@ ALLOWED = {
     "time_limit": {"errors", "numbers"},
     "reports": {"reports", "statistics", "atomic", "errors", "escaping", "reading"},
     "compilation": set(),
-    "statics.kernels": {"statics.kernels", "compilation"},
+    "core": {"core", "errors"},
+    "statics.kernels": {"statics.kernels", "core", "compilation"},
     "statics": {"statics", "engines", "time_limit", *_LAYOUTS},
     "engines": {"engines", "compilation", "plugins"},
     "atomic": {"errors"},
@@ -71,6 +72,7 @@ KERNELS = "statics.kernels"
 """The one folder of a package that is a floor of its own."""
 
 ROOMS = {
+    "core": set(),
     "engines": set(),
     "engines.reference": {"engines"},
     "engines.checks": {"engines"},
@@ -375,6 +377,8 @@ def test_progress_is_defined_once():
 
 
 FREE = {
+    "core.building": "the source of the C library",
+    "core.library": "the headers of the C library",
     "reading": "the one place",
     "cli": "the null device, for a standard stream that is closed",
     "layouts.files.parquet_rows": "an open layout file, after its size and footer were looked at",

@@ -6,6 +6,7 @@ import re
 import shutil
 import subprocess
 import sys
+import sysconfig
 import tomllib
 import venv
 import zipfile
@@ -18,6 +19,7 @@ from packaging.requirements import Requirement
 
 import steadyload
 from steadyload.cli.warm_up import PARTS
+from steadyload.core import building
 
 ROOT = Path(__file__).parents[1]
 FOLDERS = {"harness": "", "engines": "engines/", "learners": "learners/", "reports": "reports/"}
@@ -48,7 +50,9 @@ def test_the_wheel_holds_the_tracked_files_under_one_name(wheel, project):
     with zipfile.ZipFile(wheel) as archive:
         names = set(archive.namelist())
     about = {name for name in names if name.split("/")[0].endswith(".dist-info")}
-    assert names - about == tracked
+    library = f"steadyload/core/lib/{building.name()}"
+    assert names - about == {*tracked, library}
+    assert wheel.name.endswith(f"-py3-none-{sysconfig.get_platform().replace('-', '_')}.whl")
     assert {name.split("/")[0] for name in about} == {
         f"steadyload-{project['project']['version']}.dist-info"
     }

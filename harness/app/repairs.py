@@ -33,7 +33,6 @@ from steadyload.runs.able import asked_to_stand
 from steadyload.runs.methods_here import method_named, use_methods
 from steadyload.runs.pool import PartLimit, SinglePart, run_units
 from steadyload.runs.verdict_reliability import Sampling, verdict_reliability
-from steadyload.statics.kernels.warming import warm_up_searches
 from steadyload.time_limit import TimeLimit, cpu_clock
 
 OFF = Uncertainty(com=0.5)
@@ -334,7 +333,6 @@ def _repair(unit: _Unit) -> Iterator[Repair]:
     if isinstance(options.method, str):
         options = replace(options, method=method_named(options.method))
     prepared(options.method, len(unit.layout))
-    warm_up_searches()
     return _repairs(unit.layout, options)
 
 

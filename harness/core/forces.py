@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from steadyload.core.constants import STANDS
 from steadyload.core.library import (
     HELD,
     LIBRARY,
-    STANDS,
     Kept,
     RefusedError,
     array,

@@ -18,11 +18,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from steadyload.core import building
+from steadyload.core import building, constants
+from steadyload.core.constants import MEMORY, REFUSED
 from steadyload.errors import FailedError, SentenceError
-
-STANDS, FAILS, UNRESOLVED, OUTSIDE, OVERLAPS, MEMORY, REFUSED = range(7)
-"""How a call ended: ``sl_ended`` of steadyload.h."""
 
 FINDING = np.dtype([("ended", "i4"), ("step", "i4"), ("item", "i4"), ("", "i4"), ("number", "f8")])
 """``sl_finding``."""
@@ -46,7 +44,15 @@ class RefusedError(SentenceError, ValueError):
 
 
 class Finding(NamedTuple):
-    """Where the first failure is: see ``sl_finding`` of steadyload.h."""
+    """The first failure of a layout: ``sl_finding`` of steadyload.h.
+
+    Attributes:
+        ended: see :data:`steadyload.core.constants.STANDS`.
+        step: that fails; the number of boxes where all stand.
+        item: the box that fails, -1 for none.
+        number: the share of its base that is supported (:data:`.SUPPORTED`), 1 where something is
+            below it (:data:`.CARRIED`), or a margin [cm].
+    """
 
     ended: int
     step: int
@@ -73,12 +79,18 @@ def _loaded(kind: type[ct.CDLL]) -> ct.CDLL:
     path = building.HERE / "lib" / building.name()
     if not path.exists():
         raise NotBuiltError(
-            "the C library of this installation is not built from its present sources: run `make`"
+            "the C library of this installation is not built from its present sources; "
+            "`make build` builds it"
         )
     library = kind(str(path))
     for name, answer, taken in declared():
         function = getattr(library, name)
         function.restype, function.argtypes = answer, taken
+    for name, stated in vars(constants).items():
+        if name.isupper() and ct.c_double.in_dll(library, f"sl_constant_{name}").value != stated:
+            raise NotBuiltError(
+                f"{name} is {stated} in Python, and another number in the C library"
+            )
     return library
 
 
@@ -125,9 +137,9 @@ def work() -> int:
     return own().address
 
 
-def finding(found: Any) -> Finding:
-    """What C has put in an array of type :data:`FINDING`."""
-    return Finding(*_UNPACKED.unpack_from(found))
+def finding(found: Any, place: int = 0) -> Finding:
+    """What C has put in an array of type :data:`FINDING`, at a place of it."""
+    return Finding(*_UNPACKED.unpack_from(found, place * _UNPACKED.size))
 
 
 def array(name: str, given: Any, *shape: int, kind: Any = np.float64) -> int:
@@ -165,7 +177,7 @@ def ended_well(ended: int, what: str) -> int:
     """How a call ended, unless it ended without an answer.
 
     Args:
-        ended: see :data:`STANDS`.
+        ended: see :data:`steadyload.core.constants.STANDS`.
         what: it was about, for the error.
 
     Raises:

@@ -8,10 +8,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from steadyload.core.constants import STANDS
 from steadyload.core.library import (
     HELD,
     LIBRARY,
-    STANDS,
     Kept,
     RefusedError,
     array,
@@ -21,15 +21,6 @@ from steadyload.core.library import (
     work,
 )
 from steadyload.core.session import Reading
-
-LOOK = 8
-"""How loading ended: a box was put on, and it is to be said whether it stays."""
-
-LEFT_OUT, AS_PLANNED, TURNED = -1.0, 0.0, 1.0
-"""Last number of a place: the box is left out, as planned, or turned by a quarter."""
-
-OF_MOVED = 0.5
-"""Margin of balance [cm] of a box that is not at its place in the plan, at least."""
 
 
 class _BoxesInC(ct.Structure):

@@ -1,7 +1,6 @@
 /* Boxes loaded at given places, each as soon as it stands, in nearly the order of a plan. */
 #include "searching.h"
 
-#define OF_MOVED 0.5 /* [cm] margin of balance of a box that is not at its place in the plan */
 #define UNREACHED 9  /* how a box ended that cannot be let down to its place, or may not be there */
 
 /* Turns of boxes, by their numbers: where they were tried and with which margin; how many were

@@ -18,6 +18,9 @@ SL_API sl_session *sl_session_copy(const sl_session *session);
 /* How many boxes stand out over an edge of the deck. */
 SL_API int32_t sl_session_overhung(const sl_session *session);
 
+/* How many patches its memory has room for. */
+SL_API int32_t sl_session_room(const sl_session *session);
+
 /* Boxes first to first + count, NULL for what is not wanted: corners [cm] and offsets (count, 3),
    weights [kg] (count). SL_STANDS, or SL_REFUSED where there are not so many boxes. */
 SL_API int32_t sl_session_boxes(const sl_session *session, int32_t first, int32_t count,
@@ -193,6 +196,7 @@ SL_API int32_t sl_energy_solve(sl_energy *energy, int32_t count, const int32_t *
 #define AS_PLANNED 0.0 /* last number of a place */
 #define TURNED 1.0
 #define LEFT_OUT (-1.0)
+#define OF_MOVED 0.5 /* [cm] margin of balance of a box that is not at its place in the plan */
 
 #define SLABS 32         /* of the contour along an axis */
 #define ROWS (6 * SLABS) /* words for 64 boxes: see session.c */

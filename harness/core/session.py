@@ -67,6 +67,11 @@ class Reading:
         """How many boxes stand out over an edge of the deck."""
         return int(HELD.sl_session_overhung(self._session))
 
+    @property
+    def room(self) -> int:
+        """How many patches its memory has room for."""
+        return int(HELD.sl_session_room(self._session))
+
     def boxes(self, first: int = 0) -> Boxes:
         """Copies of the boxes from one of them on."""
         count = max(len(self) - first, 0)

@@ -24,9 +24,6 @@ from steadyload.core.library import (
 )
 from steadyload.core.whole import Given, GivenMany
 
-UNDECIDED = 7
-"""How a step ended whose motion takes more work than is allowed: ``SL_UNDECIDED``."""
-
 
 class How(ct.Structure):
     """How boxes are followed: friction, gravity [cm/s2], how long [s], and the displacement [cm]
@@ -49,15 +46,6 @@ class Moved(NamedTuple):
     beyond: float
 
 
-class MovedMany(NamedTuple):
-    """The same of many layouts, (L,) each, int64 where they are whole numbers."""
-
-    ended: Any
-    steps: Any
-    shifts: Any
-    turns: Any
-
-
 class _MovedInC(ct.Structure):
     _fields_ = [
         *((name, ct.c_int32) for name in ("ended", "step", "item", "unused")),
@@ -68,6 +56,10 @@ class _MovedInC(ct.Structure):
         """What C has put here, unless it ended without an answer."""
         ended = ended_well(self.ended, what)
         return Moved(ended, self.step, self.item, self.shift, self.turn, self.beyond)
+
+
+MOVED = np.dtype(_MovedInC)
+"""``sl_moved``."""
 
 
 def first_moved(given: Given, limit: float, how: How) -> Moved:
@@ -83,15 +75,16 @@ def first_moved(given: Given, limit: float, how: How) -> Moved:
     return found.read("a layout")
 
 
-def first_moved_many(given: GivenMany, limit: float, how: How) -> MovedMany:
-    """The same of many layouts, with a limit of work each: ``sl_first_moved_many``."""
-    found = np.empty(given.count, np.dtype(_MovedInC))
+def first_moved_many(given: GivenMany, limit: float, how: How) -> Any:
+    """The same of many layouts, with a limit of work each, of type :data:`MOVED`, (L,):
+    ``sl_first_moved_many``.
+    """
+    found = np.empty(given.count, MOVED)
     ended = LIBRARY.sl_first_moved_many(
         work(), *given.addresses, limit, ct.addressof(how), found.ctypes.data
     )
     ended_well(ended, "a batch of layouts")
-    whole = (found[name].astype(np.int64) for name in ("ended", "step"))
-    return MovedMany(*whole, found["shift"].copy(), found["turn"].copy())
+    return found
 
 
 class Group(NamedTuple):
@@ -110,6 +103,9 @@ class Group(NamedTuple):
 
 class Followed:
     """A loading whose boxes are followed once they lose their balance: ``sl_timed_new``.
+
+    Motions take long: other threads run while they are followed. The loading is for one thread at a
+    time.
 
     Args:
         given: the layout, J boxes with P contact patches; it is copied.

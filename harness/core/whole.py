@@ -20,9 +20,6 @@ from steadyload.core.library import (
     work,
 )
 
-SUPPORTED, CARRIED, BALANCED = range(3)
-"""Rules: ``sl_rule`` of steadyload.h."""
-
 
 class Given:
     """A layout whose arrays are as C takes them, which is looked at once.
@@ -44,6 +41,10 @@ class Given:
         self._arrays = lower, upper, weights, offsets, floor
         boxes = _boxes(lower, upper, weights, offsets)
         self.addresses = *boxes, array("floor", floor, 5)
+
+    def __reduce__(self) -> tuple[type[Given], tuple[Any, ...]]:
+        """Addresses are those of this process."""
+        return type(self), self._arrays
 
     def judge(self, rule: int, alpha: float) -> Finding:
         """The first failure: ``sl_judge``."""
@@ -73,17 +74,6 @@ def margin(most: float, lower: Any, upper: Any, weights: Any, offsets: Any, floo
     return Given(lower, upper, weights, offsets, floor).margin(most)
 
 
-class Findings(NamedTuple):
-    """Where the first failures of many layouts are: see ``sl_finding``; (L,) each, int64 where they
-    are whole numbers.
-    """
-
-    ended: Any
-    steps: Any
-    items: Any
-    numbers: Any
-
-
 class GivenMany:
     """Layouts one after the other whose arrays are as C takes them, which are looked at once.
 
@@ -110,22 +100,20 @@ class GivenMany:
     ) -> None:
         boxes, *arrays = _boxes(lower, upper, weights, offsets)
         self.count = count_of("starts", starts) - 1
+        of_floors = array("floors", floors, self.count, 5)
         if self.count < 0 or starts[0] < 0 or starts[-1] > boxes or (np.diff(starts) < 0).any():
             raise RefusedError("starts of layouts descend, or go beyond the boxes")
-        firsts = np.ascontiguousarray(starts, np.int32)
-        self._arrays = firsts, lower, upper, weights, offsets, floors
-        self.addresses = (
-            self.count, array("starts", firsts, self.count + 1, kind=np.int32), *arrays,
-            array("floors", floors, self.count, 5),
-        )  # fmt: skip
+        whole = np.ascontiguousarray(starts, np.int32)
+        self._arrays = whole, lower, upper, weights, offsets, floors
+        first = array("starts", whole, self.count + 1, kind=np.int32)
+        self.addresses = self.count, first, *arrays, of_floors
 
-    def judge(self, rule: int, alpha: float) -> Findings:
-        """The first failure of every layout: ``sl_judge_many``."""
+    def judge(self, rule: int, alpha: float) -> Any:
+        """Findings of all layouts, of type :data:`FINDING`, (L,): ``sl_judge_many``."""
         found = np.empty(self.count, FINDING)
         ended = LIBRARY.sl_judge_many(work(), rule, alpha, *self.addresses, found.ctypes.data)
         ended_well(ended, "a batch of layouts")
-        whole = (found[name].astype(np.int64) for name in ("ended", "step", "item"))
-        return Findings(*whole, found["number"].copy())
+        return found
 
 
 def check(lower: Any, upper: Any, weights: Any, offsets: Any, contour: Any) -> int:

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from steadyload.core.constants import TOLERANCE
 from steadyload.layouts.model.layout import FloatArray, Item, Pallet
-from steadyload.statics.kernels.constants import TOLERANCE
 
 
 def grid_of(pallet: Pallet, cell: float) -> FloatArray:

@@ -7,12 +7,11 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Generic, TypeVar
 
+from steadyload.core.constants import OF_MOVED
 from steadyload.layouts.model.growing import numbered
 from steadyload.layouts.model.layout import Layout
 from steadyload.repairing.plan import Boxes, Kind, Worth
 from steadyload.repairing.search import MARGIN, Attempt, Search
-from steadyload.statics.kernels.loading import OF_MOVED
-from steadyload.statics.kernels.warming import warm_up_searches
 from steadyload.time_limit import TimeLimit, TimeoutExpiredError
 
 MARGINS = (MARGIN, OF_MOVED, 1.0, 2.0, 4.0)
@@ -117,7 +116,6 @@ class ConfirmedSearch(Generic[Said]):
     ) -> None:
         self._boxes, self._allowed, self._judge = boxes, allowed, judge
         self._search = Search(boxes, allowed, shift_cm, seed, lambda: self._limit.check(), margin)
-        warm_up_searches()  # else the time would be up before the first try, where it is not kept
         self._whole = TimeLimit(seconds, "repair")
         self._limit = self._whole if without is None else TimeLimit(without, "repair")
         self._tried = self._judged = 0

@@ -2,32 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
-
 import numpy as np
 
-from steadyload.layouts.model.growing import GrowingLayout, first_arrays, numbered
+from steadyload.core.loading import Loaded, Loading
+from steadyload.layouts.model.growing import GrowingLayout, limits_of, numbered
 from steadyload.layouts.model.layout import FloatArray
 from steadyload.repairing.plan import Boxes
-from steadyload.statics import kernels
 from steadyload.statics.bearing.crushing import crushed_by_now
-from steadyload.statics.kernels.growing import ITEMS
-from steadyload.statics.kernels.loading import ALL, FULL
-
-
-class Loaded(NamedTuple):
-    """Result of loading: the boxes that stand, in order, and those that cannot be loaded."""
-
-    order: tuple[int, ...]
-    stuck: tuple[int, ...]
 
 
 class LoadingOrder:
     """Loads boxes at given places, each as soon as it stands, in nearly the order of the plan.
 
     Every step stands by exact vertical equilibrium, no box is crushed, and each is let down from
-    above; see :func:`.kernels.loading.load`. What was loaded last stays: boxes before the first
-    change are not loaded again.
+    above; see :meth:`.Loading.load`. What was loaded last stays: boxes before the first change are
+    not loaded again.
 
     Args:
         boxes: of the plan.
@@ -44,9 +33,7 @@ class LoadingOrder:
         self.margins: FloatArray = np.full(len(boxes), margins)
         self._refused: FloatArray = np.empty((0, 5))
         self._places = boxes.planned
-        self._arrays = first_arrays(boxes.layout.pallet)
-        self._kept = tuple(self._arrays)
-        self._turns: tuple[Any, ...] = tuple(kernels.loading.no_turns(len(boxes)))
+        self._loading = Loading(limits_of(boxes.layout.pallet), boxes.given)
         self._looked_at = _LookedAt(boxes) if boxes.limited else None
 
     def refuse(self, box: int, place: FloatArray) -> None:
@@ -64,22 +51,11 @@ class LoadingOrder:
             places: by box, shape (J, 4), see :class:`Boxes`; they must not change afterwards.
         """
         self._places = places
-        self._back_to(len(places))
-        while True:
-            ended = kernels.loading.load(
-                self._kept, self._boxes.arrays, self._turns, places, self.margins, self._refused,
-                self._reorder, self._looked_at is not None,
-            )  # fmt: skip
-            if ended == ALL:
-                break
-            if ended == FULL:
-                kernels.growing.take_off(self._kept, 0)
-                self._turns = tuple(kernels.loading.no_turns(len(places)))
-                self._make_room()
-            else:
-                self._look()
-        turns, loaded = kernels.loading.Turns(*self._turns), self._arrays.counts[ITEMS]
-        return Loaded(tuple(turns.order[:loaded].tolist()), turns.stuck)
+        looks = self._looked_at is not None
+        self._loading.begin(*self._wishes, len(places))
+        while not self._loading.load(*self._wishes, reorder=self._reorder, looks=looks):
+            self._look()
+        return self._loading.loaded()
 
     def first_standing(
         self, box: int, places: FloatArray, margin: float, most: int
@@ -95,37 +71,21 @@ class LoadingOrder:
             most: places that are looked for.
         """
         if not self._reorder:
-            self._back_to(box)
-        found = np.empty(most, dtype=np.int64)
-        while True:
-            count = kernels.loading.first_standing(
-                self._kept, self._boxes.arrays, box, places, margin, self._refused, found
-            )
-            if count >= 0:
-                return list(places[found[:count]])
-            self._make_room()
+            self._loading.begin(*self._wishes, box)
+        found = self._loading.first_standing(box, places, margin, self._wishes, most)
+        return list(places[found])
 
-    def _back_to(self, box: int) -> None:
-        """Go back to before the first change, and to before the turn of a box at the latest."""
-        kernels.loading.begin(
-            self._kept, self._boxes.arrays, self._turns, self._places, self.margins, self._refused,
-            box,
-        )  # fmt: skip
-
-    def _make_room(self) -> None:
-        self._arrays = kernels.growing.with_more_room(self._arrays)
-        self._kept = tuple(self._arrays)
+    @property
+    def _wishes(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Places, margins and refused places, as the C library takes them."""
+        return self._places, self.margins, self._refused
 
     def _look(self) -> None:
         """Take off the box that was put on last if one is crushed by it."""
         assert self._looked_at is not None, "some box states what it may bear"
-        turns, place = kernels.loading.Turns(*self._turns), int(self._arrays.counts[ITEMS]) - 1
-        box = turns.looked_at
-        now = [*turns.order[:place].tolist(), box]
-        stands = not self._looked_at.is_crushed(now, turns.tried[now, :4].tolist())
-        if not stands:
-            kernels.growing.take_off(self._kept, place)
-        kernels.loading.said(self._turns, place, box, stands, self._reorder)
+        now = [*self._loading.loaded().order, self._loading.looked_at]
+        is_crushed = self._looked_at.is_crushed(now, self._loading.tried()[now, :4].tolist())
+        self._loading.say(not is_crushed, reorder=self._reorder)
 
 
 class _LookedAt:

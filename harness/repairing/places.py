@@ -8,7 +8,6 @@ import numpy as np
 
 from steadyload.layouts.model.layout import TOLERANCE, FloatArray
 from steadyload.repairing.plan import Boxes, Kind
-from steadyload.statics import kernels
 
 _MOST = 4000
 """Places of a side of a box, at most."""
@@ -53,8 +52,8 @@ class Places:
             return np.empty((0, 4)), np.empty(0)
         without = np.zeros(len(places), dtype=np.bool_)
         without[list(ignored)] = True
-        found: tuple[FloatArray, FloatArray] = kernels.loading.places_among(
-            self._boxes.arrays, places, without, box, margin, self._boxes.limits, self._ways,
+        found: tuple[FloatArray, FloatArray] = self._boxes.given.places_among(
+            places, without, box, margin, self._boxes.limits, self._ways,
             self._turns if self._boxes.is_oblong(box) else 1, _MOST,
         )  # fmt: skip
         return found

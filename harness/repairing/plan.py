@@ -10,10 +10,10 @@ from functools import cached_property
 
 import numpy as np
 
+from steadyload.core import loading
+from steadyload.core.constants import AS_PLANNED
+from steadyload.core.constants import LEFT_OUT as LEFT_OUT
 from steadyload.layouts.model.layout import TOLERANCE, FloatArray, Item, Layout
-from steadyload.statics import kernels
-from steadyload.statics.kernels.loading import AS_PLANNED
-from steadyload.statics.kernels.loading import LEFT_OUT as LEFT_OUT
 
 
 class Kind(StrEnum):
@@ -66,7 +66,9 @@ class Boxes:
         layout: the plan.
         limited: some box states what it may bear, and that counts.
         planned: places in the plan, shape (J, 4).
-        arrays: of all boxes, for compiled code: see :class:`.kernels.loading.Boxes`.
+        sides: sizes of boxes as planned and turned [cm], shape (2, J, 3).
+        volumes: [cm3], shape (J,).
+        given: the boxes as the C library takes them.
     """
 
     def __init__(self, layout: Layout, *, limited: bool = True) -> None:
@@ -75,28 +77,16 @@ class Boxes:
         count = len(layout)
         self.planned: FloatArray = np.column_stack([layout.lower, np.zeros(count)])
         sizes, offsets = layout.sizes, layout.mass_offsets
+        self.sides: FloatArray = np.stack([sizes, sizes[:, ::-1]])
+        self.volumes: FloatArray = sizes.prod(axis=1)
         turned = offsets[:, ::-1] * (1.0, 1.0, -1.0)
-        self.arrays = tuple(
-            kernels.loading.Boxes(
-                np.stack([sizes, sizes[:, ::-1]]), np.stack([offsets, turned]) + 0.0,
-                layout.weights.copy(), self.planned, sizes.prod(axis=1),
-            )
+        self.given = loading.Boxes(
+            self.sides, np.stack([offsets, turned]) + 0.0, layout.weights, self.planned,
+            self.volumes,
         )  # fmt: skip
 
     def __len__(self) -> int:
         return len(self.layout)
-
-    @property
-    def volumes(self) -> FloatArray:
-        """[cm3], shape (J,)."""
-        volumes: FloatArray = self.arrays[4]
-        return volumes
-
-    @property
-    def sides(self) -> FloatArray:
-        """Sizes of boxes as planned and turned [cm], shape (2, J, 3)."""
-        sides: FloatArray = self.arrays[0]
-        return sides
 
     def is_oblong(self, box: int) -> bool:
         """Whether a box is another one when it is turned."""
@@ -143,7 +133,7 @@ class Boxes:
             places: by box, shape (J, 4).
             order: the boxes that are kept, as they are loaded.
         """
-        left, volume, moved, distance = kernels.loading.cost(self.arrays, places)
+        left, volume, moved, distance = self.given.cost(places)
         return Worth(
             left,
             round(volume, 6),

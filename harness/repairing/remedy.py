@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import dataclass
 
+from steadyload.core.constants import OF_MOVED
 from steadyload.layouts.model.contacts import find_supports
 from steadyload.layouts.model.footing import Side, footing
 from steadyload.layouts.model.frame import Frame
@@ -16,7 +17,6 @@ from steadyload.repairing.loading_order import LoadingOrder
 from steadyload.repairing.places import Places
 from steadyload.repairing.plan import Boxes, Kind
 from steadyload.repairing.search import MARGIN
-from steadyload.statics.kernels.loading import OF_MOVED
 
 REACH = 30.0
 """How far a box is shifted at most [cm]."""

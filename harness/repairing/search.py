@@ -8,12 +8,12 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from steadyload.core.constants import OF_MOVED
 from steadyload.layouts.model.layout import TOLERANCE, FloatArray
 from steadyload.repairing.loading_order import LoadingOrder
 from steadyload.repairing.places import Places
 from steadyload.repairing.plan import LEFT_OUT, Boxes, Kind, Worth
 from steadyload.statics.balance import inset
-from steadyload.statics.kernels.loading import OF_MOVED
 
 MARGIN = 0.05
 """Margin of balance [cm] of boxes at their places in the plan, at least."""

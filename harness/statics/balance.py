@@ -24,12 +24,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from steadyload.core.library import UNRESOLVED
+from steadyload.core.constants import EDGE, UNRESOLVED
 from steadyload.core.timed import Held, closest_to_balance
 from steadyload.layouts.model.contacts import Patch
 from steadyload.layouts.model.layout import Arrangement, FloatArray
-from steadyload.statics.given import given
-from steadyload.statics.kernels.constants import EDGE
 from steadyload.statics.resolution import unresolved
 
 VERSION = 1
@@ -84,7 +82,7 @@ def solve(
     kept = np.flatnonzero((table[:, 4:] - table[:, 2:4]).min(axis=1) >= -2.0 * grow)
     used = np.column_stack((kept, table[kept, 1], table[kept, 0])).astype(np.int32)
     found = closest_to_balance(
-        given(layout), np.array(items, dtype=np.int32), used, table[:, 2:].copy(), grow
+        layout.given, np.array(items, dtype=np.int32), used, table[:, 2:].copy(), grow
     )
     if not found.is_found:
         raise RuntimeError("the search for contact forces did not end")
@@ -105,7 +103,7 @@ class VerticalBalance:
 
     def __init__(self, layout: Arrangement, margin: float = 0.0) -> None:
         self._weights = layout.weights
-        self._held = Held(given(layout), margin)
+        self._held = Held(layout.given, margin)
 
     def place(self, step: int) -> int | None:
         """Place an item; the item whose balance cannot be met, or None when all stand.

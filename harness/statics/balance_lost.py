@@ -7,16 +7,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from steadyload.core.library import STANDS, UNRESOLVED
-from steadyload.core.whole import BALANCED
+from steadyload.core.constants import BALANCED, EDGE, STANDS, UNRESOLVED
 from steadyload.layouts.model.contacts import Patch, find_supports
 from steadyload.layouts.model.footing import Edge, Footing, edge_of, footing
 from steadyload.layouts.model.frame import Frame
 from steadyload.layouts.model.layout import Layout
 from steadyload.layouts.model.naming import label_in
 from steadyload.statics.balance import Solution, solve
-from steadyload.statics.given import given
-from steadyload.statics.kernels.constants import EDGE
 from steadyload.statics.resolution import unresolved
 
 _HALVINGS = 20
@@ -82,7 +79,7 @@ def balance_lost(layout: Layout) -> BalanceLost | None:
     Raises:
         UnresolvedError: rounding hides whether forces balance, since weights differ too much.
     """
-    ended, step, item, _ = given(layout).judge(BALANCED, 0.0)
+    ended, step, item, _ = layout.given.judge(BALANCED, 0.0)
     if ended == STANDS:
         return None
     placed = layout.first(step + 1)

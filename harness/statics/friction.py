@@ -7,8 +7,8 @@ from enum import StrEnum
 
 import numpy as np
 
+from steadyload.core.constants import EDGE
 from steadyload.layouts.model.layout import TOLERANCE, Arrangement, FloatArray
-from steadyload.statics.kernels.constants import EDGE
 from steadyload.statics.least_squares import nonnegative_least_squares
 from steadyload.statics.resolution import is_balanced, unresolved
 from steadyload.statics.touching import Points, directions, touching_points, wrenches

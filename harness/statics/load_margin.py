@@ -10,10 +10,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 
-from steadyload.core.library import STANDS
+from steadyload.core.constants import STANDS
 from steadyload.layouts.model.frame import Frame
 from steadyload.layouts.model.layout import Layout
-from steadyload.statics.given import given
 
 MOST = 10.0
 """A larger margin is not looked for [cm]."""
@@ -70,7 +69,7 @@ def margin_as_planned(layout: Layout) -> LoadMargin | None:
     Args:
         layout: any layout.
     """
-    ended, step, item, margin = given(layout).margin(MOST)
+    ended, step, item, margin = layout.given.margin(MOST)
     if ended != STANDS:
         return None
     return load_margin(margin, MarginKind.AS_PLANNED, step, item)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import linprog
 
-from steadyload.core.library import STANDS
+from steadyload.core.constants import STANDS
 from steadyload.layouts.model.contacts import FLOOR, Patch, find_contacts
 from steadyload.layouts.model.layout import FloatArray, Layout
 from steadyload.statics.balance import solve

@@ -21,11 +21,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from steadyload.core.constants import AT_REST, EVENTS, FAR, RESIDUE, SAMPLES, TOUCH
 from steadyload.core.timed import thin_side
 from steadyload.engines.attitudes import cross
 from steadyload.engines.world import GRAVITY
 from steadyload.layouts.model.layout import FloatArray
-from steadyload.statics.kernels.constants import AT_REST, EVENTS, FAR, RESIDUE, SAMPLES, TOUCH
 from steadyload.statics.least_squares import nonnegative_least_squares
 from steadyload.statics.touching import FIRM, Indices, Points, directions, wrenches
 

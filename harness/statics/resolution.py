@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from steadyload.core.constants import NOISE, TIE
 from steadyload.layouts.model.layout import FloatArray
-from steadyload.statics.kernels.constants import NOISE, TIE
 
 
 class UnresolvedError(RuntimeError):

@@ -14,6 +14,7 @@ import time
 import numpy as np
 
 from steadyload.core import forces, loading, session, whole
+from steadyload.core.constants import BALANCED
 from steadyload.layouts.benchmark.dataset import SETS, load_benchmark
 from steadyload.layouts.model.layout import Item, Layout, Pallet
 from steadyload.statics import kernels
@@ -427,7 +428,7 @@ def standing(arrays):
         k
         for k in range(len(lower))
         if held.place(
-            [*lower[k], *(upper[k] - lower[k]), *offsets[k], weights[k]], whole.BALANCED, 0.0
+            [*lower[k], *(upper[k] - lower[k]), *offsets[k], weights[k]], BALANCED, 0.0
         ).ended
         == STANDS
     ]

@@ -6,9 +6,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from steadyload.core.library import FAILS, STANDS, RefusedError, WrongArrayError
+from steadyload.core.constants import BALANCED, FAILS, STANDS, UNDECIDED
+from steadyload.core.library import RefusedError, WrongArrayError, finding
 from steadyload.core.timed import (
-    UNDECIDED,
     Followed,
     Held,
     How,
@@ -16,7 +16,7 @@ from steadyload.core.timed import (
     first_moved,
     first_moved_many,
 )
-from steadyload.core.whole import BALANCED, Given, GivenMany
+from steadyload.core.whole import Given, GivenMany
 
 HOW = How(0.5, 981.0, 0.3, 10.0, 10.0)
 LOWER = np.array([[0.0, 0.0, 0.0], [8.0, 10.0, 0.0]])
@@ -118,8 +118,10 @@ def test_many_layouts_are_judged_as_one_by_one(leaning):
             twice = (np.concatenate((each, each))[first:end] for each in ARRAYS)
             alone = Given(*twice, PLANE)
             one = first_moved(alone, np.inf, HOW)
-            assert (one.ended, one.step, one.shift, one.turn) == tuple(each[k] for each in moved)
-            assert alone.judge(BALANCED, 0.0) == tuple(each[k] for each in found)
+            assert (one.ended, one.step, one.shift, one.turn) == tuple(
+                moved[k][["ended", "step", "shift", "turn"]].item()
+            )
+            assert alone.judge(BALANCED, 0.0) == finding(found, k)
 
 
 @pytest.mark.parametrize("starts", [[0, 2, 5], [-1, 2, 4], [0, 3, 2], [0]])

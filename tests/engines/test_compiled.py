@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from steadyload import compilation
+from steadyload.core import constants
 from steadyload.engines.reference import compiled
 from steadyload.learners import compiled as learners
-from steadyload.statics.kernels import constants
 
 
 def imported(folder):

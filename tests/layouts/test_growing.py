@@ -8,6 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from steadyload.core.constants import STANDS
+from steadyload.core.session import Session
 from steadyload.layouts import Item, Layout, LayoutError, Pallet
 from steadyload.layouts.model.contacts import FLOOR, find_supports
 from steadyload.layouts.model.frame import Frame
@@ -16,8 +18,6 @@ from steadyload.layouts.model.layout import ARRAYS
 from steadyload.layouts.packing.packing import random_layouts
 from steadyload.methods.simulation.scene import neighbourhood
 from steadyload.properties.strategies import layouts, packings
-from steadyload.statics.kernels.cells import SLABS, enter, items_near, leave
-from steadyload.statics.kernels.growing import first_arrays
 
 FEW = settings(max_examples=60, derandomize=True)
 
@@ -154,27 +154,24 @@ def test_faces_within_the_tolerance_touch_and_do_not_overlap():
 
 
 sides = st.sampled_from((0.05, 1.0, 3.0, 9.0, 10.0, 27.0, 80.0, 1e5)) | st.floats(0.05, 300.0)
-boxes = st.lists(st.tuples(*[st.floats(-50.0, 500.0)] * 3, *[sides] * 3), min_size=1, max_size=30)
+small = st.sampled_from((0.05, 1.0, 3.0, 9.0, 10.0, 27.0, 80.0)) | st.floats(0.05, 60.0)
+boxes = st.lists(st.tuples(*[st.floats(-10.0, 300.0)] * 3, *[small] * 3), min_size=1, max_size=60)
 
 
 @FEW
 @given(boxes=boxes, region=st.tuples(*[st.floats(-50.0, 500.0)] * 3, *[sides] * 3))
 def test_items_near_are_those_that_a_look_at_all_finds(boxes, region):
-    # Some lie beyond the contour, where the outermost slabs count.
-    limits = first_arrays((-10.0, 0.0, -10.0), (310.0, 300.0, 510.0), [0.0] * 5)[-1]
-    cells = np.zeros((6 * SLABS, 1), dtype=np.int64)
-    lower = np.array([box[:3] for box in boxes])
-    upper = lower + np.array([box[3:] for box in boxes])
-    for number in range(len(boxes)):
-        enter(cells, limits, lower[number], upper[number], number)
+    # Some regions reach beyond the contour, where the outermost slabs count.
+    session = Session((-10.0, -10.0, -10.0, 310.0, 300.0, 310.0, *[0.0] * 5))
+    boxes = [box for box in boxes if session.put((*box, *[0.0] * 3, 1.0)) == STANDS]
+    lower = np.array([box[:3] for box in boxes]).reshape(-1, 3)
+    upper = lower + np.array([box[3:] for box in boxes]).reshape(-1, 3)
     low = np.array(region[:3])
     high = low + np.array(region[3:])
     for count in range(len(boxes), 0, -3):
+        session.cut(count)
         meeting = ((lower <= high + 0.5) & (upper >= low - 0.5))[:count].all(axis=1)
-        found = items_near(lower, upper, cells, count, limits, low, high, 0.5)
-        assert found.tolist() == np.flatnonzero(meeting).tolist()
-        for number in range(count - 3, count):
-            leave(cells, max(number, 0))
+        assert session.near(low, high, 0.5).tolist() == np.flatnonzero(meeting).tolist()
 
 
 def test_a_copy_and_what_grew_beyond_its_room_know_the_same():

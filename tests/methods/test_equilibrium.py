@@ -7,7 +7,7 @@ import pytest
 from hand_layouts import failing_step, layout
 from scipy.optimize import linprog
 
-from steadyload.core.library import STANDS
+from steadyload.core.constants import STANDS
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.model.contacts import find_contacts, find_supports
 from steadyload.layouts.model.scenarios import Scenario

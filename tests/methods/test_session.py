@@ -271,11 +271,10 @@ def test_positions_of_another_shape_are_refused(positions):
 
 @FEW
 @given(boxes=boxes, undos=st.lists(st.sampled_from((0, 0, 1, 2)), min_size=1))
-def test_forces_in_arrays_are_those_of_what_is_loaded(boxes, undos):
+def test_forces_that_are_kept_are_those_of_what_is_loaded(boxes, undos):
     def forces(session):
-        arrays = session._layout._arrays
-        starts, ends = arrays.blocks[:2, : len(session)].tolist()
-        return [arrays.presses[0, a:b].tolist() for a, b in zip(starts, ends, strict=True)]
+        held = session._layout._session
+        return [held.below(box).presses.tolist() for box in range(len(held))]
 
     session = LoadingSession(WIDE, "equilibrium")
     for place, box in enumerate(boxes):

@@ -7,11 +7,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from piles import top_below
 
+from steadyload.core.constants import TOLERANCE
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.methods import make_method
 from steadyload.methods.session.session import LoadingSession
 from steadyload.statics.balance import VerticalBalance
-from steadyload.statics.kernels.constants import TOLERANCE
 
 PALLET = Pallet(40.0, 4000.0, 60.0)
 

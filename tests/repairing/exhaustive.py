@@ -4,11 +4,11 @@ from itertools import combinations, permutations, product
 
 import numpy as np
 
+from steadyload.core.constants import AS_PLANNED, TURNED
 from steadyload.layouts.model.growing import numbered
 from steadyload.layouts.model.layout import TOLERANCE, LayoutError, replace_items
 from steadyload.methods.registry import make_method
 from steadyload.repairing.plan import LEFT_OUT, Boxes
-from steadyload.statics.kernels.loading import AS_PLANNED, TURNED
 
 
 def best_worth(layout, *, margin, grid, most_moved, most_left=0):

@@ -20,12 +20,12 @@ from plans import (
     with_first,
 )
 
+from steadyload.core.loading import free_places
 from steadyload.layouts.model.layout import TOLERANCE
 from steadyload.methods import make_method
 from steadyload.repairing.confirmed import Confirmation, ConfirmedSearch, Stopped, changed_plan
 from steadyload.repairing.plan import Boxes, Kind, kept_in_order
 from steadyload.repairing.search import Search
-from steadyload.statics import kernels
 from steadyload.statics.bearing.crushing import first_crushed
 
 MARGIN = 0.5
@@ -238,7 +238,7 @@ def test_a_long_search_takes_no_more_room_than_a_short_one(seed):
     for _ in range(6):
         for _ in range(20):
             base = own.complete(own.neighbour(base)) or base
-        rooms.append(own.loading._arrays.links.shape[1])
+        rooms.append(own.loading._loading.session.room)
     assert rooms[-1] <= 2 * rooms[0], "it doubles where it is full"
 
 
@@ -300,7 +300,7 @@ def test_free_places_are_free_and_carried(seed, boxes):
     box, others = plan.items[-1], slice(0, boxes - 1)
     lower, upper = plan.lower[others].copy(), plan.upper[others].copy()
     size = np.array(box.size)
-    made = kernels.free_places.free_places(
+    made = free_places(
         lower, upper, 0.5 * (lower + upper), size, 0.5 * size, np.array(box.position), MARGIN,
         Boxes(plan).limits, np.unique([0.0, *upper[:, 1]]), np.array([np.inf, -np.inf, np.inf]),
         4000,

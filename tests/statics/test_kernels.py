@@ -16,7 +16,7 @@ from scipy.spatial import ConvexHull
 from vertical_balance import VerticalBalance, solve
 
 from steadyload.core import forces, whole
-from steadyload.core.library import FAILS, STANDS
+from steadyload.core.constants import FAILS, STANDS
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.model.batch import LayoutBatch

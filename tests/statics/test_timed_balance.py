@@ -8,7 +8,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from vertical_balance import VerticalBalance
 
-from steadyload.core.library import FAILS
+from steadyload.core.constants import FAILS
 from steadyload.core.timed import Followed, How
 from steadyload.engines.world import GRAVITY
 from steadyload.layouts import Item, Layout, Pallet
@@ -18,14 +18,13 @@ from steadyload.methods import make_method
 from steadyload.methods.contract.method import Status, Stopwatch
 from steadyload.methods.contract.spec import SpecError
 from steadyload.methods.session import LoadingSession
-from steadyload.statics.given import given as given_to_c
 
 HOW = How(0.5, 100.0 * GRAVITY, 0.3, 10.0, 10.0)
 """As in ``equilibrium:time=0.3``."""
 
 
 def begun(layout):
-    return Followed(given_to_c(layout))
+    return Followed(layout.given)
 
 
 def by_whole_groups(method, layout):

@@ -11,10 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from steadyload.core.constants import EDGE, RESIDUE
 from steadyload.layouts.model.contacts import FLOOR, Patch, Supports, find_supports
 from steadyload.layouts.model.layout import Arrangement, FloatArray
 from steadyload.statics.corners import corner_columns
-from steadyload.statics.kernels.constants import EDGE, RESIDUE
 from steadyload.statics.least_squares import nonnegative_least_squares
 from steadyload.statics.resolution import fastest, is_balanced, unresolved
 

@@ -12,6 +12,7 @@ from typing import Any, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from steadyload.core.whole import GivenMany
 from steadyload.layouts.model.batch_checks import (
     Pallets,
     checked_array,
@@ -210,6 +211,13 @@ class LayoutBatch:
     def pallets(self) -> tuple[Pallet, ...]:
         """Of the layouts, one each."""
         return self.kinds.each
+
+    @property
+    def given(self) -> GivenMany:
+        """The layouts as the C library takes them."""
+        return GivenMany(
+            self.starts, self.lower, self.upper, self.weights, self.mass_offsets, self.floors
+        )
 
     @property
     def item_counts(self) -> NDArray[np.int64]:

@@ -9,9 +9,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from steadyload.core import whole
+from steadyload.core.constants import FLOOR as FLOOR
 from steadyload.layouts.model.layout import TOLERANCE, Arrangement, FloatArray
-from steadyload.statics import kernels
-from steadyload.statics.kernels.constants import FLOOR as FLOOR
 
 VERSION = 1
 """Of contacts, supports and layouts that grow: raised when others are found."""
@@ -144,7 +144,7 @@ class Supports:
 
 def find_supports(layout: Arrangement) -> Supports:
     """All vertical contacts of a layout, as lists."""
-    contacts = kernels.contacts.contacts_of(layout.lower, layout.upper, layout.floor.corners)
+    contacts = whole.contacts(layout.lower, layout.upper, layout.floor.corners)
     starts, above_starts = contacts.starts.tolist(), contacts.above_starts.tolist()
     below, corners = contacts.below.tolist(), contacts.patches.tolist()
     above = contacts.above.tolist()

@@ -81,15 +81,13 @@ class Floor:
 
     @cached_property
     def corners(self) -> NDArray[np.float64]:
-        """x0, z0, x1, z1 of what carries and the height [cm], as kernels take them, shape (5,)."""
+        """x0, z0, x1, z1 of what carries and the height [cm], as C takes them, shape (5,)."""
         found = np.array([*self.low, *self.high, self.height])
         found.setflags(write=False)
         return found
 
     def __reduce__(self) -> tuple[type[Floor], tuple[Any, ...]]:
-        """Without :attr:`corners`: arrays of a pickle can be written to, and kernels would be
-        compiled for such.
-        """
+        """Without :attr:`corners`: arrays of a pickle can be written to."""
         return type(self), (self.low, self.high, self.height)
 
     @property

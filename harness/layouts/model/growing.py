@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from struct import Struct
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from steadyload.core.constants import OUTSIDE, OVERLAPS, STANDS
+from steadyload.core.library import Finding
+from steadyload.core.session import Boxes, Session
+from steadyload.core.whole import Given
 from steadyload.layouts.model.contacts import Patch, Supports
 from steadyload.layouts.model.floor import Floor, FloorKind
 from steadyload.layouts.model.frame import Frame
@@ -24,24 +27,16 @@ from steadyload.layouts.model.layout import (
     overlap_error,
     view_on,
 )
-from steadyload.statics import kernels
-from steadyload.statics.kernels.constants import FULL, OUTSIDE, OVERLAPS, STANDS
-
-if TYPE_CHECKING:
-    from steadyload.statics.kernels.growing import Arrays
 
 _AT_ONCE = 100
-"""Positions that one compiled call looks at: between two, a user can interrupt."""
-
-_write_box = Struct("10d").pack_into
+"""Positions that one call of the C library looks at: between two, a user can interrupt."""
 
 
 class GrowingLayout:
     """The items loaded so far, with the items each one stands on and those near it.
 
     What is true of a :class:`Layout` of the same items is true of it at any time, numbers included
-    to the last bit. It is kept in the arrays of :mod:`steadyload.statics.kernels.growing`, where
-    compiled rules judge items as they place them.
+    to the last bit. It is kept in the C library, whose rules judge items as they place them.
 
     Args:
         pallet: its contour holds all items, to within :data:`TOLERANCE`.
@@ -54,8 +49,9 @@ class GrowingLayout:
     def __init__(self, pallet: Pallet, name: str) -> None:
         self.pallet, self.name = pallet, name
         self.items: list[Item] = []
+        self._session = Session(limits_of(pallet))
+        self._boxes: Boxes | None = None
         self._supports: Supports | None = None
-        self._keep(first_arrays(pallet))
 
     def __len__(self) -> int:
         return len(self.items)
@@ -63,27 +59,36 @@ class GrowingLayout:
     @property
     def floor(self) -> Floor:
         """The floor that the items stand on; an ``auto`` one follows what is loaded by now."""
-        return self.pallet.floor_under(overhung=bool(self._arrays.counts[kernels.growing.OVERHUNG]))
+        return self.pallet.floor_under(overhung=self._session.overhung > 0)
 
     @property
     def lower(self) -> FloatArray:
-        """Lower corners [cm], shape (J, 3), columns x, y, z: a view, read-only as the others."""
-        return self._view(self._arrays.vectors[0])
+        """Lower corners [cm], shape (J, 3), columns x, y, z: read-only as the others."""
+        lower: FloatArray = self._arrays().lower
+        return lower
 
     @property
     def upper(self) -> FloatArray:
         """Upper corners [cm], shape (J, 3)."""
-        return self._view(self._arrays.vectors[1])
+        upper: FloatArray = self._arrays().upper
+        return upper
 
     @property
     def mass_offsets(self) -> FloatArray:
         """Centres of mass minus geometric centres [cm], shape (J, 3)."""
-        return self._view(self._arrays.vectors[2])
+        offsets: FloatArray = self._arrays().offsets
+        return offsets
 
     @property
     def weights(self) -> FloatArray:
         """[kg], shape (J,)."""
-        return self._view(self._arrays.weights)
+        weights: FloatArray = self._arrays().weights
+        return weights
+
+    @property
+    def given(self) -> Given:
+        """The items loaded so far as the C library takes them."""
+        return Given(self.lower, self.upper, self.weights, self.mass_offsets, self.floor.corners)
 
     @property
     def supports(self) -> Supports:
@@ -94,55 +99,38 @@ class GrowingLayout:
                 self._note_supports(item)
         return self._supports
 
-    def warm(self) -> None:
-        """Compile what :meth:`try_put` calls, or load the compiled code: an item that cannot be is
-        tried.
-        """
-        self._next[:] = np.nan
-        kernels.placing.place(self._kept, kernels.placing.SUPPORTED, 0.0)
-
     def put(self, item: Item) -> None:
         """Put on the next item.
 
         Raises:
             LayoutError: it stands out of the contour or overlaps another; nothing has changed.
         """
-        self._put_by(item, kernels.growing.put)
+        self._note(item, self._session.put(_numbers(item)))
 
-    def try_put(self, item: Item, rule: int, alpha: float = 0.0) -> tuple[int, int, float]:
-        """Put on the next item if it stands by a compiled rule.
+    def try_put(self, item: Item, rule: int, alpha: float = 0.0) -> Finding:
+        """Put on the next item if it stands by a rule.
 
         Args:
             item: its sequence number is the number of items.
-            rule: one of :mod:`steadyload.statics.kernels.placing`.
-            alpha: see :func:`~steadyload.statics.kernels.placing.place`.
+            rule: :data:`.SUPPORTED`, :data:`.CARRIED` or :data:`.BALANCED`.
+            alpha: of :data:`.SUPPORTED` the share of the base that is required; of
+                :data:`.BALANCED` the margin by which the contact patches of this item are drawn in
+                on every side [cm].
 
         Returns:
-            See there. The item has been put on if it :data:`STANDS`.
+            How it ended. The item has been put on if it :data:`.STANDS`.
 
         Raises:
             LayoutError: it stands out of the contour or overlaps another; nothing has changed.
         """
-        return self._put_by(item, kernels.placing.place, rule, alpha)
-
-    def _put_by(self, item: Item, put: Callable[..., Any], *how: float) -> tuple[int, int, float]:
-        _write_box(self._next, 0, *item.position, *item.size, *item.mass_offset, item.weight)
-        found: tuple[int, int, float] = put(self._kept, *how)
-        while found[0] == FULL:
-            self._keep(kernels.growing.with_more_room(self._arrays))
-            found = put(self._kept, *how)
-        if found[0] == STANDS:
-            self.items.append(item)
-            if self._supports is not None:
-                self._note_supports(len(self.items) - 1)
-        elif found[0] in (OUTSIDE, OVERLAPS):
-            raise MisplacedError(self.pallet, tuple(self.items), item)
+        found = self._session.place(_numbers(item), rule, alpha)
+        self._note(item, found.ended)
         return found
 
     def endings(
         self, item: Item, positions: FloatArray, rule: int, alpha: float = 0.0
     ) -> NDArray[np.int8]:
-        """How putting the next item on each of some places would end, by a compiled rule.
+        """How putting the next item on each of some places would end, by a rule.
 
         Args:
             item: its own position does not matter.
@@ -151,13 +139,9 @@ class GrowingLayout:
             alpha: likewise.
         """
         found = np.empty(len(positions), dtype=np.int8)
-        _write_box(self._next, 0, *item.position, *item.size, *item.mass_offset, item.weight)
-        done, stand = 0, kernels.placing.stand
-        while done < len(positions):
-            stop = min(done + _AT_ONCE, len(positions))
-            done = stand(self._kept, rule, alpha, positions[:stop], found, done)
-            if done < stop:
-                self._keep(kernels.growing.with_more_room(self._arrays))
+        for first in range(0, len(positions), _AT_ONCE):
+            part = slice(first, first + _AT_ONCE)
+            found[part] = self._session.endings(_numbers(item), positions[part], rule, alpha)
         return found
 
     def take_off(self) -> Item:
@@ -168,20 +152,20 @@ class GrowingLayout:
 
     def cut(self, count: int) -> None:
         """Take off all items but the first ``count``."""
-        kernels.growing.take_off(self._kept, count)
+        if count >= len(self.items):
+            return
+        self._session.cut(count)
+        self._boxes = None
         while self._supports is not None and len(self._supports.below) > count:
             self._forget_supports()
         del self.items[count:]
 
     def beside(self, items: Sequence[int], reach: float) -> list[int]:
         """All other items with a gap of at most ``reach`` [cm] along every axis to one of some."""
-        (lower, upper, _), cells, count = self._arrays.vectors, self._arrays.cells, len(self.items)
-        found: set[int] = set()
+        lower, upper, found = self.lower, self.upper, set[int]()
         for item in items:
             low, high = lower[item], upper[item]
-            near = kernels.cells.items_near(
-                lower, upper, cells, count, self._arrays.limits, low, high, reach + TOLERANCE
-            )
+            near = self._session.near(low, high, reach + TOLERANCE)
             # To the last bit as for all items at once
             # (steadyload.methods.simulation.scene.neighbourhood).
             gaps = np.maximum(lower[near] - high, low - upper[near]).max(axis=1)
@@ -202,10 +186,9 @@ class GrowingLayout:
             return Layout(name, self.pallet, ())
         check_name(name)
         sizes = np.array([item.size for item in self.items], dtype=float)
-        arrays = {"sizes": sizes, "weights": self.weights.copy(), "lower": self.lower.copy()}
-        arrays |= {"upper": self.upper.copy(), "mass_offsets": self.mass_offsets.copy()}
-        for array in arrays.values():
-            array.setflags(write=False)
+        sizes.setflags(write=False)
+        arrays = {"sizes": sizes, "weights": self.weights, "lower": self.lower}
+        arrays |= {"upper": self.upper, "mass_offsets": self.mass_offsets}
         return view_on(arrays, name=name, pallet=self.pallet, items=tuple(self.items))
 
     def copy(self) -> GrowingLayout:
@@ -213,35 +196,48 @@ class GrowingLayout:
         other = GrowingLayout.__new__(GrowingLayout)
         other.pallet, other.name = self.pallet, self.name
         other.items, other._supports = list(self.items), None
-        other._keep(kernels.growing.copied(self._arrays))
+        other._session, other._boxes = self._session.copy(), None
         return other
 
-    def _keep(self, arrays: Arrays) -> None:
-        self._arrays, self._kept = arrays, tuple(arrays)
-        self._next: Any = arrays.limits[kernels.growing.BOX :]
+    def _note(self, item: Item, ended: int) -> None:
+        """Keep an item that was put on; an error where it cannot be."""
+        if ended == STANDS:
+            self.items.append(item)
+            self._boxes = None
+            if self._supports is not None:
+                self._note_supports(len(self.items) - 1)
+        elif ended in (OUTSIDE, OVERLAPS):
+            raise MisplacedError(self.pallet, tuple(self.items), item)
 
-    def _view(self, array: FloatArray) -> FloatArray:
-        view = array[: len(self.items)]
-        view.setflags(write=False)
-        return view
+    def _arrays(self) -> Boxes:
+        """All items, read once as long as none is put on or taken off."""
+        if self._boxes is None:
+            self._boxes = self._session.boxes()
+            for array in self._boxes:
+                array.setflags(write=False)
+        return self._boxes
 
     def _note_supports(self, item: int) -> None:
         """Take an item into the lists of supports, and what it carries."""
-        arrays, supports = self._arrays, self._supports
-        blocks, links, patches = arrays.blocks, arrays.links, arrays.patches
+        session, supports = self._session, self._supports
         assert supports is not None
-        start, end, _, above_start, above_end, _, _, on_floor, _ = blocks[:, item].tolist()
-        below = zip(links[0, start:end].tolist(), patches[start:end].tolist(), strict=True)
         # Of what was put on later, that item's turn is to come.
-        supports.below.append([Patch(under, item, *at) for under, at in below if under < item])
-        above = [on for on in links[1, above_start:above_end].tolist() if on < item]
+        supports.below.append([p for p in self._patches(item) if p.below < item])
+        above = [on for on in session.above(item).tolist() if on < item]
         supports.above.append(above)
-        supports.on_floor.append(bool(on_floor))
+        supports.on_floor.append(session.is_on_floor(item))
         for under in supports.carriers(item):
             supports.above[under].append(item)
         for on in above:
-            at = blocks[0, on] + links[0, blocks[0, on] : blocks[1, on]].tolist().index(item)
-            supports.below[on].append(Patch(item, on, *patches[at].tolist()))
+            supports.below[on] += [p for p in self._patches(on) if p.below == item]
+
+    def _patches(self, item: int) -> list[Patch]:
+        """What an item stands on."""
+        below, patches, _ = self._session.below(item)
+        return [
+            Patch(under, item, *at)
+            for under, at in zip(below.tolist(), patches.tolist(), strict=True)
+        ]
 
     def _forget_supports(self) -> None:
         """Take the last item out of the lists of supports."""
@@ -302,11 +298,16 @@ class MisplacedError(LayoutError):
         return self._found().framed(frame)
 
 
-def first_arrays(pallet: Pallet) -> Arrays:
-    """The arrays of a load without items."""
+def limits_of(pallet: Pallet) -> tuple[float, ...]:
+    """Contour, deck and its height above the ground, 0 for a plane, as the C library takes them."""
     height = 0.0 if pallet.floor is FloorKind.INFINITE else pallet.deck_height
-    deck = (0.0, 0.0, pallet.width, pallet.depth, height)
-    return kernels.growing.first_arrays(*pallet.contour, deck)
+    least, most = pallet.contour
+    return (*least, *most, 0.0, 0.0, pallet.width, pallet.depth, height)
+
+
+def _numbers(item: Item) -> tuple[float, ...]:
+    """An item as the C library takes it."""
+    return (*item.position, *item.size, *item.mass_offset, item.weight)
 
 
 def numbered(item: Item, sequence: int) -> Item:

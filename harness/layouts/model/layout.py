@@ -14,6 +14,9 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
+from steadyload.core.constants import STATED_TOLERANCE
+from steadyload.core.constants import TOLERANCE as TOLERANCE
+from steadyload.core.whole import Given
 from steadyload.errors import required, required_list
 from steadyload.escaping import shown
 from steadyload.layouts.model.checks import FloatArray as FloatArray
@@ -28,8 +31,6 @@ from steadyload.layouts.model.item import Vector as Vector
 from steadyload.layouts.model.overlaps import deepest_overlap
 from steadyload.layouts.model.pallet import Pallet as Pallet
 from steadyload.notebook import ShownInNotebook
-from steadyload.statics.kernels.constants import STATED_TOLERANCE
-from steadyload.statics.kernels.constants import TOLERANCE as TOLERANCE
 
 WITHIN: tuple[Part, ...] = (" (+-", Length(STATED_TOLERANCE, bare=True), ")")
 """Parts of a message, after lengths: how far off they may be."""
@@ -69,6 +70,10 @@ class Arrangement(Protocol):
 
     @property
     def mass_offsets(self) -> FloatArray:
+        """See :class:`Layout`."""
+
+    @property
+    def given(self) -> Given:
         """See :class:`Layout`."""
 
     def __len__(self) -> int: ...
@@ -219,6 +224,11 @@ class Layout(ShownInNotebook):
         size = np.array((self.pallet.width, self.pallet.depth))
         out = max(-plan_low.min(), (plan_high - size).max())
         return self.pallet.floor_under(overhung=bool(out > TOLERANCE))
+
+    @cached_property
+    def given(self) -> Given:
+        """The layout as the C library takes it."""
+        return Given(self.lower, self.upper, self.weights, self.mass_offsets, self.floor.corners)
 
     def on(self, floor: FloorKind | str) -> Layout:
         """The same layout on another kind of floor.

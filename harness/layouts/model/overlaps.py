@@ -7,8 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from steadyload.core.constants import TOLERANCE
 from steadyload.layouts.model.checks import FloatArray
-from steadyload.statics.kernels.constants import TOLERANCE
 
 _BLOCK = 256
 """Items of a large layout that are compared with all at a time."""

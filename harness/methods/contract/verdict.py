@@ -252,7 +252,7 @@ class BatchVerdicts:
     def of_steps(
         cls,
         batch: LayoutBatch,
-        steps: NDArray[np.int64],
+        steps: NDArray[np.int64] | NDArray[np.int32],
         *,
         unresolved: NDArray[np.bool_] | bool = False,
         finding: Callable[[int], Finding] | None = None,
@@ -267,7 +267,7 @@ class BatchVerdicts:
         """
         status = np.full(len(batch), Status.DONE, dtype=object)
         status[unresolved] = Status.ERROR
-        failing = np.where((steps == batch.item_counts) | unresolved, -1, steps)
+        failing = np.where((steps == batch.item_counts) | unresolved, -1, steps.astype(np.int64))
         unknown = np.full(len(batch), math.nan)
         return cls(status, failing, unknown, unknown.copy(), finding)
 

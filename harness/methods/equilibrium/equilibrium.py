@@ -13,16 +13,8 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from steadyload.core.library import FAILS, STANDS, UNRESOLVED
-from steadyload.core.timed import (
-    UNDECIDED,
-    Followed,
-    How,
-    Moved,
-    first_moved,
-    first_moved_many,
-)
-from steadyload.core.whole import BALANCED
+from steadyload.core.constants import BALANCED, FAILS, STANDS, UNDECIDED, UNRESOLVED
+from steadyload.core.timed import Followed, How, Moved, first_moved, first_moved_many
 from steadyload.engines.attitudes import cross
 from steadyload.engines.quantities import quantity
 from steadyload.engines.world import GRAVITY
@@ -47,7 +39,6 @@ from steadyload.methods.rules.rule_loading import BalancedLoader
 from steadyload.statics.balance import DRAWN_IN, VerticalBalance, inset
 from steadyload.statics.balance import VERSION as BALANCE
 from steadyload.statics.friction import Sides, unbalanced_item
-from steadyload.statics.given import given, given_many
 from steadyload.statics.motion import VERSION as MOTION
 from steadyload.statics.motion import Bodies, displacements_after
 from steadyload.statics.movement import Movement
@@ -190,19 +181,20 @@ class Equilibrium(Method):
         looks again, for the items of the whole group.
         """
         if self._is_timed:
-            ended, steps, shifts, turns = first_moved_many(
-                given_many(batch), self._work, self._motion
-            )
-            late = ended == UNDECIDED
-            verdicts = BatchVerdicts.of_steps(batch, steps, unresolved=late | (ended == UNRESOLVED))
+            moved = first_moved_many(batch.given, self._work, self._motion)
+            late = moved["ended"] == UNDECIDED
+            open_ = late | (moved["ended"] == UNRESOLVED)
+            verdicts = BatchVerdicts.of_steps(batch, moved["step"], unresolved=open_)
             verdicts.status[late] = Status.TIMEOUT
             fails = verdicts.failing_step >= 0
-            verdicts.displacement[fails], verdicts.rotation[fails] = shifts[fails], turns[fails]
+            verdicts.displacement[fails] = moved["shift"][fails]
+            verdicts.rotation[fails] = moved["turn"][fails]
             return verdicts
         if not self._is_vertical:
             return super().evaluate(batch)
-        found = given_many(batch).judge(BALANCED, self.parameters.margin)
-        return BatchVerdicts.of_steps(batch, found.steps, unresolved=found.ended == UNRESOLVED)
+        found = batch.given.judge(BALANCED, self.parameters.margin)
+        unresolved = found["ended"] == UNRESOLVED
+        return BatchVerdicts.of_steps(batch, found["step"], unresolved=unresolved)
 
     @property
     def _motion(self) -> How:
@@ -226,7 +218,7 @@ class Equilibrium(Method):
 
     def _loading(self, layout: Arrangement) -> Followed:
         """A loading of which nothing is placed yet."""
-        return Followed(given(layout), limit=self._work)
+        return Followed(layout.given, limit=self._work)
 
     def moved(self, step: int, group: NDArray[np.int32], loading: Followed) -> Moved:
         """The motion of a group.
@@ -241,7 +233,7 @@ class Equilibrium(Method):
     def _judge(self, layout: Layout, watch: Stopwatch) -> Finding:
         if self._is_timed:
             return self._judge_motion(layout, watch)
-        found = given(layout).judge(BALANCED, self.parameters.margin)
+        found = layout.given.judge(BALANCED, self.parameters.margin)
         if found.ended == STANDS:
             return STABLE
         if found.ended == FAILS and self._is_vertical:
@@ -256,7 +248,7 @@ class Equilibrium(Method):
 
     def _judge_motion(self, layout: Arrangement, watch: Stopwatch) -> Finding:
         if len(layout) <= _AT_ONCE:
-            found = first_moved(given(layout), self._work, self._motion)
+            found = first_moved(layout.given, self._work, self._motion)
         else:
             loading = self._loading(layout)
             first, at_once = 0, _AT_ONCE

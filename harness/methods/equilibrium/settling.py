@@ -9,8 +9,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from steadyload.core.library import STANDS
-from steadyload.core.whole import BALANCED
+from steadyload.core.constants import BALANCED, STANDS
 from steadyload.engines.quantities import quantity
 from steadyload.layouts.model.contacts import VERSION as CONTACTS
 from steadyload.layouts.model.contacts import find_supports
@@ -26,7 +25,6 @@ from steadyload.methods.contract.method import (
 )
 from steadyload.statics.balance import DRAWN_IN, VerticalBalance, inset
 from steadyload.statics.balance import VERSION as BALANCE
-from steadyload.statics.given import given
 from steadyload.statics.movement import Movement
 from steadyload.statics.rest_position import VERSION as REST
 from steadyload.statics.rest_position import RestPositions
@@ -91,7 +89,7 @@ class Settling(Method):
         return SettlingSteps(self.parameters, layout)
 
     def _judge(self, layout: Layout, watch: Stopwatch) -> Finding:
-        found = given(layout).judge(BALANCED, self.parameters.margin)
+        found = layout.given.judge(BALANCED, self.parameters.margin)
         if found.ended == STANDS:
             return STABLE
         steps = SettlingSteps(self.parameters, layout)

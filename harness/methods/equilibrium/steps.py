@@ -9,8 +9,8 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from steadyload.core.library import FAILS, STANDS
-from steadyload.core.timed import UNDECIDED, Followed, Group, Moved
+from steadyload.core.constants import FAILS, STANDS, UNDECIDED
+from steadyload.core.timed import Followed, Group, Moved
 from steadyload.layouts.model.layout import Arrangement, Layout
 from steadyload.methods.contract.method import Finding, StepScorer
 from steadyload.statics.balance import VerticalBalance

@@ -8,7 +8,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from steadyload.core.whole import SUPPORTED
+from steadyload.core.constants import ROUNDING, STANDS, SUPPORTED
+from steadyload.core.library import Finding as Found
+from steadyload.core.library import finding
 from steadyload.engines.quantities import quantity
 from steadyload.layouts.model.batch import LayoutBatch
 from steadyload.layouts.model.contacts import VERSION as CONTACTS
@@ -27,8 +29,6 @@ from steadyload.methods.contract.method import (
 )
 from steadyload.methods.contract.spec import NoParameters
 from steadyload.methods.rules.rule_loading import RuleLoader
-from steadyload.statics.given import given, given_many
-from steadyload.statics.kernels.constants import ROUNDING
 
 
 @dataclass(frozen=True)
@@ -65,30 +65,25 @@ class PartialBaseSupport(Method):
         return _SupportedSteps(_support(layout, find_contacts(layout)), 1.0 - self._alpha)
 
     def _judge(self, layout: Layout, watch: Stopwatch) -> Finding:
-        _, step, _, share = given(layout).judge(SUPPORTED, self._alpha)
-        return STABLE if step == len(layout) else self._too_little(step, share)
+        found = layout.given.judge(SUPPORTED, self._alpha)
+        return STABLE if found.ended == STANDS else self._too_little(found)
 
     def evaluate(self, batch: LayoutBatch) -> BatchVerdicts:
         """See :meth:`Method.evaluate`."""
-        _, steps, _, shares = given_many(batch).judge(SUPPORTED, self._alpha)
+        found = batch.given.judge(SUPPORTED, self._alpha)
         return BatchVerdicts.of_steps(
-            batch, steps, finding=lambda k: self._too_little(int(steps[k]), float(shares[k]))
+            batch, found["step"], finding=lambda k: self._too_little(finding(found, k))
         )
 
     def begin(self, layout: GrowingLayout) -> Loader:
         """A loader that checks the new item and the items it stands on."""
-        return RuleLoader(
-            layout,
-            SUPPORTED,
-            lambda step, _, share: self._too_little(step, share),
-            self._alpha,
-        )
+        return RuleLoader(layout, SUPPORTED, self._too_little, self._alpha)
 
-    def _too_little(self, step: int, support: float) -> Finding:
+    def _too_little(self, found: Found) -> Finding:
         return Finding(
-            failing_step=step,
-            moved_item=step,
-            reason=f"{support:.1%} of its base is supported; required: {self._alpha:.1%}",
+            failing_step=found.step,
+            moved_item=found.step,
+            reason=f"{found.number:.1%} of its base is supported; required: {self._alpha:.1%}",
         )
 
 

@@ -1,4 +1,4 @@
-"""Loaders of the static rules: an item is put on and judged in one compiled call."""
+"""Loaders of the static rules: an item is put on and judged in one call of the C library."""
 
 from __future__ import annotations
 
@@ -7,41 +7,37 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from steadyload.core.constants import BALANCED, FAILS, STANDS, UNRESOLVED
+from steadyload.core.library import Finding as Found
 from steadyload.layouts.model.growing import GrowingLayout
 from steadyload.layouts.model.layout import FloatArray, Item
 from steadyload.methods.contract.method import STABLE, Finding, Loader, Stopwatch
-from steadyload.statics import kernels
-from steadyload.statics.kernels.constants import FAILS, STANDS, UNRESOLVED
 
 
 class RuleLoader(Loader):
-    """A loader by a compiled rule, which keeps all that there is to keep in the layout's arrays.
+    """A loader by a rule of the C library, which keeps all that there is to keep.
 
     Args:
         layout: what is loaded.
-        rule: one of :mod:`steadyload.statics.kernels.placing`.
-        finding: of an item that does not stand, from the step, the item that fails, and the number
-            that belongs to the rule.
-        alpha: see there.
+        rule: see :meth:`GrowingLayout.try_put`.
+        finding: the finding on an item that does not stand.
+        alpha: as ``rule``.
     """
 
     def __init__(
         self,
         layout: GrowingLayout,
         rule: int,
-        finding: Callable[[int, int, float], Finding],
+        finding: Callable[[Found], Finding],
         alpha: float = 0.0,
     ) -> None:
         super().__init__(layout)
         self._rule, self._alpha, self._finding = rule, alpha, finding
-        layout.warm()
 
     def load(self, item: Item, watch: Stopwatch) -> Finding:
         """See :meth:`Loader.load`."""
-        ended, culprit, number = self.layout.try_put(item, self._rule, self._alpha)
-        if ended == STANDS:
-            return STABLE
-        return self._finding(len(self.layout), culprit, number)
+        found = self.layout.try_put(item, self._rule, self._alpha)
+        return STABLE if found.ended == STANDS else self._finding(found)
 
     def feasible(self, item: Item, positions: FloatArray) -> NDArray[np.bool_] | None:
         """See :meth:`Loader.feasible`."""
@@ -58,7 +54,7 @@ class RuleLoader(Loader):
 
 
 class BalancedLoader(Loader):
-    """A loader by the balance of vertical forces, which the layout's arrays keep.
+    """A loader by the balance of vertical forces, which the C library keeps.
 
     Where rounding hides whether items balance, or where it takes more than that to fail, the whole
     layout is judged, and again at every placement on top of that: no forces are known then.
@@ -79,7 +75,6 @@ class BalancedLoader(Loader):
         margin: float = 0.0,
     ) -> None:
         super().__init__(layout)
-        layout.warm()
         self._whole, self._unbalanced, self._margin = whole, unbalanced, margin
         self._known: int | None = None
         """So many items have forces that are known; None for all."""
@@ -87,11 +82,11 @@ class BalancedLoader(Loader):
     def load(self, item: Item, watch: Stopwatch) -> Finding:
         """See :meth:`Loader.load`."""
         if self._known is None:
-            ended, culprit, _ = self.layout.try_put(item, kernels.placing.BALANCED, self._margin)
-            if ended == STANDS:
+            found = self.layout.try_put(item, BALANCED, self._margin)
+            if found.ended == STANDS:
                 return STABLE
-            if ended != UNRESOLVED and self._unbalanced is not None:
-                return self._unbalanced(len(self.layout), culprit)
+            if found.ended != UNRESOLVED and self._unbalanced is not None:
+                return self._unbalanced(found.step, found.item)
             self._known = len(self.layout)
         self.layout.put(item)
         return self._whole(self.layout, watch)
@@ -100,7 +95,7 @@ class BalancedLoader(Loader):
         """See :meth:`Loader.feasible`."""
         if self._known is not None:
             return None
-        endings = self.layout.endings(item, positions, kernels.placing.BALANCED, self._margin)
+        endings = self.layout.endings(item, positions, BALANCED, self._margin)
         open_ones = (UNRESOLVED,) if self._unbalanced is not None else (UNRESOLVED, FAILS)
         return None if np.isin(endings, open_ones).any() else endings == STANDS
 

@@ -7,7 +7,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import ClassVar
 
-from steadyload.core.whole import CARRIED
+from steadyload.core.constants import CARRIED, STANDS
+from steadyload.core.library import Finding as Found
+from steadyload.core.library import finding
 from steadyload.layouts.model.batch import LayoutBatch
 from steadyload.layouts.model.contacts import VERSION as CONTACTS
 from steadyload.layouts.model.growing import GrowingLayout
@@ -23,7 +25,6 @@ from steadyload.methods.contract.method import (
 )
 from steadyload.methods.contract.spec import NoParameters
 from steadyload.methods.rules.rule_loading import RuleLoader
-from steadyload.statics.given import given, given_many
 
 
 class StaticMechanicalEquilibrium(Method):
@@ -47,27 +48,22 @@ class StaticMechanicalEquilibrium(Method):
         return frozenset((Trait.STEPWISE, Trait.CENTRES_OF_MASS))
 
     def _judge(self, layout: Layout, watch: Stopwatch) -> Finding:
-        _, step, culprit, carried = given(layout).judge(CARRIED, 0.0)
-        return STABLE if step == len(layout) else _finding(step, culprit, carried=bool(carried))
+        found = layout.given.judge(CARRIED, 0.0)
+        return STABLE if found.ended == STANDS else _unsupported(found)
 
     def evaluate(self, batch: LayoutBatch) -> BatchVerdicts:
         """See :meth:`Method.evaluate`."""
-        _, steps, culprits, carried = given_many(batch).judge(CARRIED, 0.0)
+        found = batch.given.judge(CARRIED, 0.0)
         return BatchVerdicts.of_steps(
-            batch,
-            steps,
-            finding=lambda k: _finding(int(steps[k]), int(culprits[k]), carried=bool(carried[k])),
+            batch, found["step"], finding=lambda k: _unsupported(finding(found, k))
         )
 
     def begin(self, layout: GrowingLayout) -> Loader:
         """A loader that checks the new item and the items that carry it."""
-        return RuleLoader(
-            layout,
-            CARRIED,
-            lambda step, culprit, carried: _finding(step, culprit, carried=bool(carried)),
-        )
+        return RuleLoader(layout, CARRIED, _unsupported)
 
 
-def _finding(step: int, culprit: int, *, carried: bool) -> Finding:
+def _unsupported(found: Found) -> Finding:
     lies = "the resultant of its load lies outside its support"
-    return Finding(step, culprit, reason=lies if carried else "nothing supports it")
+    reason = lies if found.number else "nothing supports it"
+    return Finding(found.step, found.item, reason=reason)

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from steadyload.core.library import FAILS, UNRESOLVED
+from steadyload.core.constants import FAILS, UNRESOLVED
 from steadyload.core.timed import Followed
 from steadyload.engines.attitudes import rotate
 from steadyload.layouts.model.layout import FloatArray, Layout
@@ -15,7 +15,6 @@ from steadyload.methods.contract.method import Finding
 from steadyload.methods.simulation.criteria import Indices
 from steadyload.methods.simulation.placements import Placements
 from steadyload.methods.simulation.scene import Across, gaps, in_layout, neighbourhood
-from steadyload.statics.given import given
 
 BoolArray = NDArray[np.bool_]
 
@@ -56,7 +55,7 @@ class MovingItems:
     ) -> None:
         self._layout, self._reach, self._across = layout, reach, across
         self._margin = margin
-        self._loading = Followed(given(layout), margin)
+        self._loading = Followed(layout.given, margin)
         self._placed = 0
         self._lost = False
         # By number of the answer, from 1: how far something got, in units of its threshold.

@@ -16,13 +16,13 @@ from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 from scipy.sparse import block_array, csc_array, diags_array, eye_array
 
+from steadyload.core.constants import EDGE
 from steadyload.core.forces import least_squares
 from steadyload.layouts.model.contacts import FLOOR, Supports, find_supports
 from steadyload.layouts.model.layout import Arrangement, FloatArray
 from steadyload.statics.bearing.pressing import Corners
 from steadyload.statics.cones import is_solved, solve_cones
 from steadyload.statics.corners import corner_entries
-from steadyload.statics.kernels.constants import EDGE
 
 _BALANCED = 1e-7
 """What may be left of a box's weight, and of its moments, in balance; of what it carries."""

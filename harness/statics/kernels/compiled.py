@@ -8,12 +8,13 @@ from pathlib import Path
 from typing import Any
 
 from steadyload import compilation
+from steadyload.core import constants
 
 PART = compilation.Part("the kernels", 75, "steadyload.statics.kernels.warming:warm_up")
 
 _SOURCES = hashlib.sha256(
     b"".join(path.read_bytes() for path in sorted(Path(__file__).parent.glob("*.py")))
-    + Path(compilation.__file__).read_bytes()
+    + b"".join(Path(of.__file__).read_bytes() for of in (compilation, constants))
 ).hexdigest()[:12]
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from enum import StrEnum
 
-from steadyload.core.library import FAILS
+from steadyload.core.constants import FAILS
 from steadyload.layouts.model.contacts import find_supports
 from steadyload.layouts.model.footing import gaps, largest
 from steadyload.layouts.model.layout import Layout

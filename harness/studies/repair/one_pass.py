@@ -6,10 +6,10 @@ from collections import deque
 
 import numpy as np
 
+from steadyload.core.constants import AS_PLANNED, TURNED
 from steadyload.layouts.model.layout import TOLERANCE, FloatArray, Item, Layout, LayoutError, Pallet
 from steadyload.methods.session.session import LoadingSession
 from steadyload.repairing.plan import Boxes
-from steadyload.statics.kernels.loading import AS_PLANNED, TURNED
 
 METHOD = "equilibrium:margin=0.5"
 """Says where a box stands: balanced even if its supports were 0.5 cm narrower."""
