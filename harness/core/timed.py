@@ -136,7 +136,7 @@ class Followed:
         self.below = self._seen(view.below, np.int32, patches)
         self.above_starts = self._seen(view.above_starts, np.int32, boxes)
         self.above_ends = self._seen(view.above_ends, np.int32, boxes)
-        self.above = self._seen(view.above, np.int32, np.count_nonzero(self.below >= 0))
+        self.above = self._seen(view.above, np.int32, int((self.below >= 0).sum()))
         self.pressing = self._seen(view.pressing, np.bool_, patches, 4)
         self.pushes = self._seen(view.pushes, np.uint16, boxes + 1, boxes + 1)
         self.moves = self._seen(view.moves, np.bool_, boxes)

@@ -41,9 +41,10 @@ class GrowingStatics:
         firm = FIRM * (1.0 + np.bincount(rows, values**2, 3 * count))
         right = np.zeros(3 * count)
         right[3 * self._place] = statics.weights
+        starts, lines = _layout_of_factors(self._pairs, self._place)
         self._energy = Energy(
-            *map(_as_int32, _layout_of_factors(self._pairs, self._place)), firm,
-            _as_int32(matrix.indptr), _as_int32(rows), values, right, presses.ravel(),
+            _as_int32(starts), _as_int32(lines), firm, _as_int32(matrix.indptr), _as_int32(rows),
+            values, right, presses.ravel(),
         )  # fmt: skip
 
     def borne(self, group: NDArray[np.int64]) -> FloatArray | None:
