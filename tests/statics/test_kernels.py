@@ -16,7 +16,7 @@ from scipy.spatial import ConvexHull
 from vertical_balance import VerticalBalance, solve
 
 from steadyload.core import forces, whole
-from steadyload.core.constants import FAILS, STANDS
+from steadyload.core.constants import CARRIED, FAILS, STANDS
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.model.batch import LayoutBatch
@@ -332,9 +332,7 @@ def test_a_point_is_inside_the_hull_that_qhull_finds():
         offsets[-1, ::2] = x - 3.0, z - 3.0
         corners = np.concatenate([at + wide * np.array(way) for way in np.ndindex(2, 2)])
         expected = (ConvexHull(corners).equations @ [x, z, 1.0] < 0.0).all()
-        found = whole.judge(
-            whole.CARRIED, 0.0, lower, lower + sizes, np.ones(len(lower)), offsets, plane
-        )
+        found = whole.judge(CARRIED, 0.0, lower, lower + sizes, np.ones(len(lower)), offsets, plane)
         assert (found.ended == STANDS) == expected
         inside += expected
     assert 150 < inside < 450
