@@ -90,8 +90,8 @@ def first_moved_many(given: GivenMany, limit: float, how: How) -> MovedMany:
         work(), *given.addresses, limit, ct.addressof(how), found.ctypes.data
     )
     ended_well(ended, "a batch of layouts")
-    whole = (found[name].astype(np.int64) for name in ("ended", "step"))
-    return MovedMany(*whole, found["shift"].copy(), found["turn"].copy())
+    ends, steps = (found[name].astype(np.int64) for name in ("ended", "step"))
+    return MovedMany(ends, steps, found["shift"].copy(), found["turn"].copy())
 
 
 class Group(NamedTuple):

@@ -124,8 +124,8 @@ class GivenMany:
         found = np.empty(self.count, FINDING)
         ended = LIBRARY.sl_judge_many(work(), rule, alpha, *self.addresses, found.ctypes.data)
         ended_well(ended, "a batch of layouts")
-        whole = (found[name].astype(np.int64) for name in ("ended", "step", "item"))
-        return Findings(*whole, found["number"].copy())
+        ends, steps, items = (found[name].astype(np.int64) for name in ("ended", "step", "item"))
+        return Findings(ends, steps, items, found["number"].copy())
 
 
 def check(lower: Any, upper: Any, weights: Any, offsets: Any, contour: Any) -> int:
