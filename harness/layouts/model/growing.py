@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from steadyload.core.constants import OUTSIDE, OVERLAPS, STANDS
 from steadyload.core.library import Finding
 from steadyload.core.session import Boxes, Session
+from steadyload.core.whole import Given
 from steadyload.layouts.model.contacts import Patch, Supports
 from steadyload.layouts.model.floor import Floor, FloorKind
 from steadyload.layouts.model.frame import Frame
@@ -83,6 +84,12 @@ class GrowingLayout:
         """[kg], shape (J,)."""
         weights: FloatArray = self._arrays().weights
         return weights
+
+    @property
+    def given(self) -> Given:
+        """The items as the C library takes whole layouts."""
+        lower, upper, offsets, weights = self._arrays()
+        return Given(lower, upper, weights, offsets, self.floor.corners)
 
     @property
     def supports(self) -> Supports:

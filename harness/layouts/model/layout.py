@@ -72,6 +72,10 @@ class Arrangement(Protocol):
     def mass_offsets(self) -> FloatArray:
         """See :class:`Layout`."""
 
+    @property
+    def given(self) -> Given:
+        """See :class:`Layout`."""
+
     def __len__(self) -> int: ...
 
 
