@@ -113,12 +113,19 @@ class Kept:
 
 
 class _Own(Kept):
-    """The memory in which the calls of a thread work, and room for a finding."""
+    """The memory in which the calls of a thread work, and arrays for what they find.
+
+    Attributes:
+        found, found_at: room for a finding, and its address.
+        boxes, patches: of contacts, see ``sl_contacts``.
+    """
 
     def __init__(self) -> None:
         super().__init__(HELD.sl_work_new(), HELD.sl_work_free)
         self.found: Any = np.zeros(1, FINDING)
         self.found_at = int(self.found.ctypes.data)
+        self.boxes = Scratch((np.bool_, ()), (np.int32, ()), (np.int32, ()))
+        self.patches = Scratch((np.int32, ()), (np.float64, (4,)), (np.int32, ()))
 
 
 _OWNERS = threading.local()
@@ -135,6 +142,33 @@ def own() -> _Own:
 def work() -> int:
     """The memory in which the calls of this thread work."""
     return own().address
+
+
+class Scratch:
+    """Arrays that calls fill, kept with their addresses, for one thread at a time.
+
+    Args:
+        kinds: the type of each, and its shape behind the first axis.
+
+    Attributes:
+        size: of the first axis, 0 at first.
+        arrays: themselves.
+        addresses: of these.
+    """
+
+    def __init__(self, *kinds: tuple[Any, tuple[int, ...]]) -> None:
+        self._kinds = kinds
+        self.widen(0)
+
+    def widen(self, size: int) -> None:
+        """Make other arrays of another size."""
+        self.size = size
+        self.arrays = tuple(np.empty((size, *shape), kind) for kind, shape in self._kinds)
+        self.addresses = tuple(int(array.ctypes.data) for array in self.arrays)
+
+    def first(self, count: int) -> Iterator[Any]:
+        """Copies of the first rows of all arrays."""
+        return (array[:count].copy() for array in self.arrays)
 
 
 def finding(found: Any, place: int = 0) -> Finding:

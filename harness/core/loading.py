@@ -14,6 +14,7 @@ from steadyload.core.library import (
     LIBRARY,
     Kept,
     RefusedError,
+    Scratch,
     array,
     count_of,
     counted,
@@ -56,7 +57,7 @@ class Boxes:
 
     def __init__(self, sides: Any, offsets: Any, weights: Any, planned: Any, volumes: Any) -> None:
         self.count = count = count_of("weights", weights)
-        self._arrays = sides, offsets, weights, planned, volumes
+        self._arrays, self.planned = (sides, offsets, weights, volumes), planned
         self._in_c = _BoxesInC(
             count, array("sides", sides, 2, count, 3), array("offsets", offsets, 2, count, 3),
             array("weights", weights, count), array("planned", planned, count, 4),
@@ -158,11 +159,17 @@ class Loading:
         self._kept, self._boxes = Kept(made, HELD.sl_loading_free), boxes
         self._loading, count = self._kept.address, boxes.count
         self.session = Reading(HELD.sl_loading_session(self._loading), self._kept)
-        self._order, self._stuck = np.empty(count, np.int32), np.empty(count, np.int32)
+        self._found = Scratch((np.int32, ()), (np.int32, ()))
+        self._found.widen(count)
         self._counts = np.empty(2, np.int32)
+        self._counts_at = int(self._counts.ctypes.data)
+        self._wish(boxes.planned, np.zeros(count), np.empty((0, 5)))
 
     def begin(self, places: Any, margins: Any, refused: Any, first: int) -> None:
         """Go back to before the first change: ``sl_load_begin``.
+
+        The arrays are kept for the calls that follow; they must not change before the next one of
+        this.
 
         Args:
             places: of all boxes, (J, 4).
@@ -170,18 +177,15 @@ class Loading:
             refused: places at which a box does not stand: its number and the place, (R, 5).
             first: a box; go back to before its turn at the latest.
         """
-        wishes = self._wishes(places, margins, refused)
-        ended = HELD.sl_load_begin(self._loading, self._boxes.address, ct.addressof(wishes), first)
+        self._wish(places, margins, refused)
+        ended = HELD.sl_load_begin(self._loading, self._boxes.address, self._wishes_at, first)
         ended_well(ended, "boxes to load")
 
-    def load(self, places: Any, margins: Any, refused: Any, *, reorder: bool, looks: bool) -> bool:
+    def load(self, *, reorder: bool, looks: bool) -> bool:
         """Let all boxes that had no turn yet have theirs; False where it is first to be said
         whether one stays: ``sl_load``.
         """
-        wishes = self._wishes(places, margins, refused)
-        ended = HELD.sl_load(
-            self._loading, self._boxes.address, ct.addressof(wishes), reorder, looks
-        )
+        ended = HELD.sl_load(self._loading, self._boxes.address, self._wishes_at, reorder, looks)
         return ended_well(ended, "boxes to load") == STANDS
 
     @property
@@ -195,10 +199,9 @@ class Loading:
 
     def loaded(self) -> Loaded:
         """What is loaded, and what waits: ``sl_loaded``."""
-        addresses = [a.ctypes.data for a in (self._order, self._stuck, self._counts)]
-        HELD.sl_loaded(self._loading, *addresses)
-        loaded, stuck = self._counts.tolist()
-        return Loaded(tuple(self._order[:loaded].tolist()), tuple(self._stuck[:stuck].tolist()))
+        HELD.sl_loaded(self._loading, *self._found.addresses, self._counts_at)
+        (order, stuck), (loaded, waiting) = self._found.arrays, self._counts.tolist()
+        return Loaded(tuple(order[:loaded].tolist()), tuple(stuck[:waiting].tolist()))
 
     def tried(self) -> Any:
         """Where boxes were tried, and their margins, (J, 5): ``sl_tried``."""
@@ -206,30 +209,27 @@ class Loading:
         HELD.sl_tried(self._loading, found.ctypes.data)
         return found
 
-    def first_standing(
-        self, box: int, places: Any, margin: float, wishes: tuple[Any, Any, Any], most: int
-    ) -> Any:
-        """The numbers of the first of some places (K, 4) at which a box would stand:
-        ``sl_first_standing``.
+    def first_standing(self, box: int, places: Any, margin: float, most: int) -> Any:
+        """The numbers of the first of some places (K, 4) at which a box would stand, those refused
+        apart: ``sl_first_standing``.
 
         Args:
             box: it is not loaded.
             places: to be looked at.
             margin: [cm].
-            wishes: places, margins and refused ones as of :meth:`begin`.
             most: places that are looked for.
         """
         count, found = count_of("places", places), np.empty(most, np.int32)
-        given = self._wishes(*wishes)
         made = HELD.sl_first_standing(
-            self._loading, self._boxes.address, ct.addressof(given), box, margin, count,
+            self._loading, self._boxes.address, self._wishes_at, box, margin, count,
             array("places", places, count, 4), most, found.ctypes.data,
         )  # fmt: skip
         return found[: counted(made, "places of a box")]
 
-    def _wishes(self, places: Any, margins: Any, refused: Any) -> _WishesInC:
+    def _wish(self, places: Any, margins: Any, refused: Any) -> None:
         count, refusals = self._boxes.count, count_of("refused", refused)
-        return _WishesInC(
+        self._wishes = _WishesInC(
             array("places", places, count, 4), array("margins", margins, count), refusals,
             array("refused", refused, refusals, 5),
         )  # fmt: skip
+        self._wishes_at, self._wished = ct.addressof(self._wishes), (places, margins, refused)

@@ -13,6 +13,7 @@ from steadyload.core.library import (
     HELD,
     Finding,
     Kept,
+    Scratch,
     WrongArrayError,
     array,
     count_of,
@@ -21,8 +22,6 @@ from steadyload.core.library import (
 )
 
 _BOX = Struct("10d")
-_PATCHES = 16
-"""Patches of a box that have room at first."""
 
 
 class Boxes(NamedTuple):
@@ -58,6 +57,8 @@ class Reading:
 
     def __init__(self, address: int, kept: Kept) -> None:
         self._session, self._kept = address, kept
+        self._patches = Scratch((np.int32, ()), (np.float64, (4,)), (np.float64, (3,)))
+        self._above = Scratch((np.int32, ()))
 
     def __len__(self) -> int:
         return int(HELD.sl_session_count(self._session))
@@ -87,25 +88,21 @@ class Reading:
 
     def below(self, box: int) -> Patches:
         """What a box stands on."""
-        size = _PATCHES
-        while True:
-            found = Patches(np.empty(size, np.int32), np.empty((size, 4)), np.empty((size, 3)))
-            addresses = [values.ctypes.data for values in found]
-            count = self._has(HELD.sl_session_below(self._session, box, size, *addresses))
-            if count <= size:
-                return Patches(*(values[:count] for values in found))
-            size = count
+        count = self._fill(self._patches, HELD.sl_session_below, box)
+        return Patches(*self._patches.first(count))
 
     def above(self, box: int) -> Any:
         """The boxes on a box."""
-        size = _PATCHES
+        count = self._fill(self._above, HELD.sl_session_above, box)
+        return next(self._above.first(count))
+
+    def _fill(self, scratch: Scratch, function: Any, box: int) -> int:
+        """How many rows a function has put in some arrays, which are made as large as it takes."""
         while True:
-            found = np.empty(size, np.int32)
-            at = found.ctypes.data
-            count = self._has(HELD.sl_session_above(self._session, box, size, at))
-            if count <= size:
-                return found[:count]
-            size = count
+            count = self._has(function(self._session, box, scratch.size, *scratch.addresses))
+            if count <= scratch.size:
+                return count
+            scratch.widen(2 * count)
 
     def near(self, lower: Any, upper: Any, wider: float) -> Any:
         """The boxes that share a point with a region, in order: ``sl_session_near``."""

@@ -53,6 +53,11 @@ class Given:
         ended_well(ended, "a layout")
         return finding(mine.found)
 
+    def contacts(self) -> Contacts:
+        """See :func:`contacts`."""
+        count, lower, upper, _, _, floor = self.addresses
+        return _contacts(count, lower, upper, floor)
+
     def margin(self, most: float) -> Finding:
         """The margin of balance, as ``number``: ``sl_margin``."""
         mine = own()
@@ -136,27 +141,28 @@ class Contacts(NamedTuple):
 def contacts(lower: Any, upper: Any, floor: Any) -> Contacts:
     """Which boxes stand on which, and where: ``sl_contacts``."""
     count = count_of("lower", lower)
-    given = array("lower", lower, count, 3), array("upper", upper, count, 3)
-    at, room = array("floor", floor, 5), 4 * count
-    on_floor = np.empty(count, np.bool_)
-    starts, above_starts = np.empty((2, count + 1), np.int32)
-    whole = on_floor.ctypes.data, starts.ctypes.data, above_starts.ctypes.data
+    boxes = array("lower", lower, count, 3), array("upper", upper, count, 3)
+    return _contacts(count, *boxes, array("floor", floor, 5))
+
+
+def _contacts(count: int, lower: int, upper: int, floor: int) -> Contacts:
+    mine = own()
+    boxes, patches = mine.boxes, mine.patches
+    if boxes.size <= count:
+        boxes.widen(2 * count + 1)
     while True:
-        below, patches, above = (
-            np.empty(room, np.int32),
-            np.empty((room, 4)),
-            np.empty(room, np.int32),
-        )
         size = LIBRARY.sl_contacts(
-            work(), count, *given, at, *whole, room, below.ctypes.data, patches.ctypes.data,
-            above.ctypes.data,
+            mine.address, count, lower, upper, floor, *boxes.addresses, patches.size,
+            *patches.addresses,
         )  # fmt: skip
-        if counted(size, "the contacts of a layout") <= room:
-            carried = int(above_starts[-1])
-            return Contacts(
-                on_floor, starts, below[:size], patches[:size], above_starts, above[:carried]
-            )
-        room = size
+        if counted(size, "the contacts of a layout") <= patches.size:
+            break
+        patches.widen(2 * size)
+    on_floor, starts, above_starts = boxes.first(count + 1)
+    below, corners, above = patches.first(size)
+    return Contacts(
+        on_floor[:count], starts, below, corners, above_starts, above[: above_starts[-1]]
+    )
 
 
 def _boxes(lower: Any, upper: Any, weights: Any, offsets: Any) -> tuple[int, int, int, int, int]:

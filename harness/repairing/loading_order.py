@@ -52,8 +52,8 @@ class LoadingOrder:
         """
         self._places = places
         looks = self._looked_at is not None
-        self._loading.begin(*self._wishes, len(places))
-        while not self._loading.load(*self._wishes, reorder=self._reorder, looks=looks):
+        self._begin(len(places))
+        while not self._loading.load(reorder=self._reorder, looks=looks):
             self._look()
         return self._loading.loaded()
 
@@ -71,14 +71,12 @@ class LoadingOrder:
             most: places that are looked for.
         """
         if not self._reorder:
-            self._loading.begin(*self._wishes, box)
-        found = self._loading.first_standing(box, places, margin, self._wishes, most)
-        return list(places[found])
+            self._begin(box)
+        return list(places[self._loading.first_standing(box, places, margin, most)])
 
-    @property
-    def _wishes(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Places, margins and refused places, as the C library takes them."""
-        return self._places, self.margins, self._refused
+    def _begin(self, box: int) -> None:
+        """Go back to before the first change, and to before the turn of a box at the latest."""
+        self._loading.begin(self._places, self.margins, self._refused, box)
 
     def _look(self) -> None:
         """Take off the box that was put on last if one is crushed by it."""

@@ -356,7 +356,7 @@ def searches(tally, share, seed):
             one.begin(places, margin, refused, first)
             other.begin(places, margin, refused, first)
             order, stuck = one.load(places, margin, refused, stays)
-            while not other.load(places, margin, refused, reorder=reorder, looks=looks):
+            while not other.load(reorder=reorder, looks=looks):
                 now, box = other.loaded().order, other.looked_at
                 other.say(stays(now, box), reorder=reorder)
             found = other.loaded()
@@ -371,8 +371,7 @@ def searches(tally, share, seed):
             if box not in order:
                 own, most = float(rng.choice([0.05, 0.5])), int(rng.integers(1, 5))
                 want = one.first_standing(box, free[:300], own, refused, most)
-                wishes = places, margin, refused
-                found = other.first_standing(box, free[:300].copy(), own, wishes, most)
+                found = other.first_standing(box, free[:300].copy(), own, most)
                 tally.same("standing", want, found)
             places, margin = places.copy(), margin.copy()
             if len(free):
@@ -524,14 +523,14 @@ def nonsense(tally, share, seed):
         for _ in range(3):
             places, margin = spoilt(plan_of(arrays).planned), spoilt(np.zeros(count))
             order.begin(places, margin, refused, int(rng.integers(count + 2)))
-            while not order.load(places, margin, refused, reorder=True, looks=True):
+            while not order.load(reorder=True, looks=True):
                 order.say(rng.random() < 0.8, reorder=True)
             box, ways, turns = int(rng.integers(count)), spoilt([np.inf, -np.inf, np.inf]), 2
             found, _ = boxes.places_among(
                 places, rng.random(count) < 0.1, box, float(rng.choice(odd)), limits[:10].copy(),
                 ways, turns, 200,
             )  # fmt: skip
-            order.first_standing(box, spoilt(found), 0.5, (places, margin, refused), 3)
+            order.first_standing(box, spoilt(found), 0.5, 3)
             boxes.cost(places)
         columns = spoilt(rng.normal(size=(5, 4)))
         forces.least_squares(columns, spoilt(np.ones(4)))

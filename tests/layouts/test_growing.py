@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from steadyload.core.constants import STANDS
+from steadyload.core.constants import CARRIED, STANDS
 from steadyload.core.session import Session
 from steadyload.layouts import Item, Layout, LayoutError, Pallet
 from steadyload.layouts.model.contacts import FLOOR, find_supports
@@ -33,7 +33,8 @@ def assert_equal(growing, items):
     for name in set(ARRAYS) - {"sizes"}:
         assert (getattr(growing, name) == getattr(whole, name)).all()
     assert growing.floor == whole.floor
-    assert growing.supports == find_supports(whole)
+    assert growing.supports == find_supports(whole) == find_supports(growing)
+    assert growing.given.judge(CARRIED, 0.0) == whole.given.judge(CARRIED, 0.0)
 
 
 def pushed_over_the_edge(layout, by):

@@ -9,7 +9,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from steadyload.core import whole
 from steadyload.core.constants import FLOOR as FLOOR
 from steadyload.layouts.model.layout import TOLERANCE, Arrangement, FloatArray
 
@@ -144,7 +143,7 @@ class Supports:
 
 def find_supports(layout: Arrangement) -> Supports:
     """All vertical contacts of a layout, as lists."""
-    contacts = whole.contacts(layout.lower, layout.upper, layout.floor.corners)
+    contacts = layout.given.contacts()
     starts, above_starts = contacts.starts.tolist(), contacts.above_starts.tolist()
     below, corners = contacts.below.tolist(), contacts.patches.tolist()
     above = contacts.above.tolist()

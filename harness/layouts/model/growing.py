@@ -87,8 +87,9 @@ class GrowingLayout:
 
     @property
     def given(self) -> Given:
-        """The items loaded so far as the C library takes them."""
-        return Given(self.lower, self.upper, self.weights, self.mass_offsets, self.floor.corners)
+        """The items as the C library takes whole layouts."""
+        lower, upper, offsets, weights = self._arrays()
+        return Given(lower, upper, weights, offsets, self.floor.corners)
 
     @property
     def supports(self) -> Supports:
