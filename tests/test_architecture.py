@@ -15,7 +15,7 @@ FOLDERS = {"harness": "", "engines": "engines.", "learners": "learners.", "repor
 """Folder of the repository -> where it is installed below ``steadyload``."""
 
 _LAYOUTS = {
-    "layouts", "statics.kernels", "statistics", "atomic", "errors", "escaping", "numbers",
+    "layouts", "statics.kernels", "core", "statistics", "atomic", "errors", "escaping", "numbers",
     "reading", "stored", "notebook", "plugins", "progress", "config",
 }  # fmt: skip
 _METHODS = {"methods", "engines", "statics", "time_limit", *_LAYOUTS}
@@ -45,6 +45,7 @@ ALLOWED = {
     "time_limit": {"errors", "numbers"},
     "reports": {"reports", "statistics", "atomic", "errors", "escaping", "reading"},
     "compilation": set(),
+    "core": {"core", "errors"},
     "statics.kernels": {"statics.kernels", "compilation"},
     "statics": {"statics", "engines", "time_limit", *_LAYOUTS},
     "engines": {"engines", "compilation", "plugins"},
@@ -61,7 +62,7 @@ ALLOWED = {
     "labelling": {"labelling", *_RUNS},
     "tuning": {"tuning", *_RUNS},
     "properties": {"properties", "transport", *_RUNS},
-    "learners": {"learners", "compilation", *_RUNS},
+    "learners": {"learners", *_RUNS},
     "app": {"app", "reports", "transport", "repairing", *_RUNS},
     "studies": {"studies", "app", "reports", *_LIBRARIES},
     "cli": {"cli", "studies", "app", "reports", *_LIBRARIES},
@@ -388,7 +389,8 @@ FREE = {
     "tuning.ledger": "writes",
     "engines.reference.compiled": "the source of the program",
     "statics.kernels.compiled": "the source of the program",
-    "learners.compiled": "the source of the program",
+    "core.building": "the source of the program",
+    "core.library": "the source of the program",
     "runs.provenance": "the source of the program, and the kind of processor",
     "engines.checks.protocol": "the memory of this process",
     "studies.scale.needs": "the memory of this process",

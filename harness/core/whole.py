@@ -33,19 +33,29 @@ class Given:
         weights: likewise.
         offsets: likewise.
         floor: likewise.
+
+    Attributes:
+        addresses: the number of boxes, and where the arrays are, in this order.
     """
 
-    __slots__ = ("_addresses", "_arrays")
+    __slots__ = ("_arrays", "addresses")
 
     def __init__(self, lower: Any, upper: Any, weights: Any, offsets: Any, floor: Any) -> None:
         self._arrays = lower, upper, weights, offsets, floor
         boxes = _boxes(lower, upper, weights, offsets)
-        self._addresses = *boxes, array("floor", floor, 5)
+        self.addresses = *boxes, array("floor", floor, 5)
+
+    def __len__(self) -> int:
+        return self.addresses[0]
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """A copy has arrays, and so addresses, of its own."""
+        return type(self), self._arrays
 
     def judge(self, rule: int, alpha: float) -> Finding:
         """The first failure: ``sl_judge``."""
         mine = own()
-        ended = LIBRARY.sl_judge(mine.address, rule, alpha, *self._addresses, mine.found_at)
+        ended = LIBRARY.sl_judge(mine.address, rule, alpha, *self.addresses, mine.found_at)
         ended_well(ended, "a layout")
         return finding(mine.found)
 
@@ -53,7 +63,7 @@ class Given:
         """The margin of balance, as ``number``: ``sl_margin``."""
         mine = own()
         ended_well(
-            LIBRARY.sl_margin(mine.address, most, *self._addresses, mine.found_at), "a margin"
+            LIBRARY.sl_margin(mine.address, most, *self.addresses, mine.found_at), "a margin"
         )
         return finding(mine.found)
 
