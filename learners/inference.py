@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from steadyload.core.learned import Layer, decide
+from steadyload.core import learned
 from steadyload.learners.features import Array32
 
 VERSION = 1
@@ -36,11 +36,11 @@ class _Attention:
 class Memory(NamedTuple):
     """State that a network carries from step to step.
 
-    ``seen``: so many steps. ``states``: of every layer, its output and its cell, (2, H).
+    ``seen``: so many steps. ``state``: of every layer, its outputs and its cells, (L, 2, H).
     """
 
     seen: int
-    states: tuple[Array32, ...]
+    state: Array32
 
 
 class Network:
@@ -53,17 +53,18 @@ class Network:
 
     def __init__(self, arrays: Mapping[str, Array32]) -> None:
         mean, scale = arrays["mean"].astype(float), arrays["scale"].astype(float)
-        self._layers: list[Layer] = []
-        while f"lstm.weight_ih_l{len(self._layers)}" in arrays:
-            number = len(self._layers)
+        layers: list[learned.Layer] = []
+        while f"lstm.weight_ih_l{len(layers)}" in arrays:
+            number = len(layers)
             bias = arrays[f"lstm.bias_ih_l{number}"].astype(float)
             bias = bias + arrays[f"lstm.bias_hh_l{number}"]
             inward = arrays[f"lstm.weight_ih_l{number}"].astype(float)
             if not number:
                 inward, bias = _normalised(inward, bias, mean, scale)
             recurrent = arrays[f"lstm.weight_hh_l{number}"]
-            self._layers.append(Layer(_gates(inward), _gates(recurrent), _gates(bias)))
-        self._head, self._last = _flat(arrays["head.weight"][0]), float(arrays["head.bias"][0])
+            layers.append(learned.Layer(_gates(inward), _gates(recurrent), _gates(bias)))
+        head = _flat(arrays["head.weight"][0])
+        self._lstm = learned.Lstm(layers, head, float(arrays["head.bias"][0]))
         self._attention = None
         if "query.weight" in arrays:
             self._attention = _Attention(
@@ -81,7 +82,7 @@ class Network:
 
     def start(self) -> Memory:
         """The state of a network before the first step."""
-        return Memory(0, tuple(np.zeros((2, of.width), dtype=np.float32) for of in self._layers))
+        return Memory(0, self._lstm.start())
 
     def go_on(self, rows: Array32, memory: Memory) -> tuple[Array32, Memory]:
         """Probabilities that a step is unstable, for steps after those in the memory.
@@ -93,15 +94,11 @@ class Network:
         Returns:
             Shape (J - seen,), and the memory of all steps.
         """
-        below: Array32 = rows[memory.seen :]
-        states: list[Array32] = []
-        for layer, state in zip(self._layers, memory.states, strict=True):
-            below, state_after = layer.run(below, state)
-            states.append(state_after)
-        after = Memory(len(rows), tuple(states))
+        states, state = self._lstm.run(rows[memory.seen :], memory.state)
+        after = Memory(len(rows), state)
         if self._attention is None:
-            return decide(below, self._head, self._last), after
-        return self._sigmoid(self._attended(rows[None], below[None]))[0], after
+            return self._lstm.decide(states), after
+        return self._sigmoid(self._attended(rows[None], states[None]))[0], after
 
     def probabilities_of_many(self, rows: Array32) -> Array32:
         """That a step is unstable, for every step of many layouts.
@@ -114,11 +111,11 @@ class Network:
         """
         # Time comes first: every step is then one piece of memory.
         below = np.ascontiguousarray(rows.transpose(1, 0, 2))
-        for layer in self._layers:
+        for layer in self._lstm.layers:
             below = _run_many(below, layer)
         states = below.transpose(1, 0, 2)
         if self._attention is None:
-            return self._sigmoid(states @ self._head + np.float32(self._last))
+            return self._sigmoid(self._logits(states))
         return self._sigmoid(self._attended(rows, states))
 
     @staticmethod
@@ -146,7 +143,11 @@ class Network:
         back = (scores @ value).transpose(0, 2, 1, 3).reshape(many, steps, width)
         matrix, bias = weights.mixed
         mixed = np.maximum(np.concatenate((states, back), axis=2) @ matrix + bias, 0.0)
-        return mixed @ self._head + np.float32(self._last)
+        return self._logits(mixed)
+
+    def _logits(self, states: Array32) -> Array32:
+        logits: Array32 = states @ self._lstm.head + np.float32(self._lstm.last)
+        return logits
 
 
 def _normalised(weight: Any, bias: Any, mean: Any, scale: Any) -> tuple[Any, Any]:
@@ -176,10 +177,10 @@ def _gates(array: Any) -> Array32:
     return _flat(np.concatenate((i, f, o, g)).T)
 
 
-def _run_many(rows: Array32, layer: Layer) -> Array32:
+def _run_many(rows: Array32, layer: learned.Layer) -> Array32:
     """One layer over many layouts: states (T, B, H) of inputs (T, B, F)."""
     steps, many, _ = rows.shape
-    width = layer.width
+    width = len(layer.recurrent)
     inward = (rows.reshape(steps * many, -1) @ layer.inward + layer.bias).reshape(steps, many, -1)
     out = np.empty((steps, many, width), dtype=np.float32)
     cell = np.zeros((many, width), dtype=np.float32)

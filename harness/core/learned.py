@@ -5,7 +5,8 @@ What is filled is C-contiguous and of type float64, where nothing else is said.
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -66,62 +67,87 @@ def count_inside(found: Any, least: Any, most: Any) -> int:
     return int(LIBRARY.sl_inside(count, array("found", found, count, QUANTITIES), *ends))
 
 
-class Layer:
-    """One LSTM layer of H cells that takes F inputs: ``sl_run_layer``.
+class Layer(NamedTuple):
+    """An LSTM layer of H cells that takes F inputs: arrays of type float32.
 
-    All arrays are of type float32; these are kept, and must not change.
-
-    Args:
+    Attributes:
         inward: weights of the inputs, (F, 4 H); gates in the order input, forget, output, cell.
         recurrent: weights of the outputs of the step before, (H, 4 H).
         bias: of the gates, (4 H,).
     """
 
-    def __init__(self, inward: Any, recurrent: Any, bias: Any) -> None:
-        self.inward, self.recurrent, self.bias = inward, recurrent, bias
-        self._columns, self.width = count_of("inward", inward), count_of("recurrent", recurrent)
-        gates = 4 * self.width
-        self._addresses = (
-            array("inward", inward, self._columns, gates, kind=np.float32),
-            array("recurrent", recurrent, self.width, gates, kind=np.float32),
-            array("bias", bias, gates, kind=np.float32),
-        )
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        """A copy has arrays, and so addresses, of its own."""
-        return type(self), (self.inward, self.recurrent, self.bias)
-
-    def run(self, rows: Any, state: Any) -> tuple[Any, Any]:
-        """Outputs of some steps, (J, H), and the state after the last one.
-
-        Args:
-            rows: inputs, (J, F).
-            state: outputs and cells before the first step, (2, H); it stays as it is.
-        """
-        steps = count_of("rows", rows)
-        at = array("rows", rows, steps, self._columns, kind=np.float32)
-        array("state", state, 2, self.width, kind=np.float32)
-        outputs, after = np.empty((steps, self.width), np.float32), state.copy()
-        ended = LIBRARY.sl_run_layer(
-            work(), steps, self._columns, self.width, at, *self._addresses,
-            after.ctypes.data, outputs.ctypes.data,
-        )  # fmt: skip
-        ended_well(ended, "a layer of a network")
-        return outputs, after
+    inward: Any
+    recurrent: Any
+    bias: Any
 
 
-def decide(outputs: Any, head: Any, last: float) -> Any:
-    """The probability that a step is unstable, 0 to 1, of some steps, (J,): ``sl_decide``.
+class Lstm:
+    """L layers of H cells each, one upon the other, and the decision on a step.
+
+    The arrays are kept, and must not change.
 
     Args:
-        outputs: of the last layer, of type float32, (J, H).
+        layers: the first takes the features of a step, each other one the outputs of that before.
         head: weights of the logit, of type float32, (H,).
         last: its bias.
     """
-    steps, width = count_of("outputs", outputs), count_of("head", head)
-    chances = np.empty(steps, np.float32)
-    LIBRARY.sl_decide(
-        steps, width, array("outputs", outputs, steps, width, kind=np.float32),
-        array("head", head, width, kind=np.float32), last, chances.ctypes.data,
-    )  # fmt: skip
-    return chances
+
+    def __init__(self, layers: Sequence[Layer], head: Any, last: float) -> None:
+        self.layers, self.head, self.last = tuple(layers), head, last
+        self.width = count_of("head", head)
+        self._columns = count_of("inward", layers[0].inward)
+        self._head_at = array("head", head, self.width, kind=np.float32)
+        columns = (self._columns, *(self.width for _ in layers[1:]))
+        self._at = [
+            (count, *self._addresses(layer, count))
+            for layer, count in zip(layers, columns, strict=True)
+        ]
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """A copy has arrays, and so addresses, of its own."""
+        return type(self), (self.layers, self.head, self.last)
+
+    def _addresses(self, layer: Layer, columns: int) -> tuple[int, int, int]:
+        gates = 4 * self.width
+        return (
+            array("inward", layer.inward, columns, gates, kind=np.float32),
+            array("recurrent", layer.recurrent, self.width, gates, kind=np.float32),
+            array("bias", layer.bias, gates, kind=np.float32),
+        )
+
+    def start(self) -> Any:
+        """The state before the first step: outputs and cells of every layer, (L, 2, H)."""
+        return np.zeros((len(self.layers), 2, self.width), np.float32)
+
+    def run(self, rows: Any, state: Any) -> tuple[Any, Any]:
+        """Outputs of the last layer, (J, H), and the state after the last step: ``sl_run_layer``.
+
+        Args:
+            rows: features of J steps, of type float32, (J, F).
+            state: before the first of them; it stays as it is.
+        """
+        steps, count, mine = count_of("rows", rows), len(self.layers), work()
+        given = array("rows", rows, steps, self._columns, kind=np.float32)
+        array("state", state, count, 2, self.width, kind=np.float32)
+        after, outputs = state.copy(), np.empty((count, steps, self.width), np.float32)
+        state_at, found = after.ctypes.data, outputs.ctypes.data
+        for columns, *weights in self._at:
+            ended = LIBRARY.sl_run_layer(
+                mine, steps, columns, self.width, given, *weights, state_at, found
+            )
+            ended_well(ended, "a layer of a network")
+            given, found = found, found + outputs.strides[0]
+            state_at += after.strides[0]
+        return outputs[-1], after
+
+    def decide(self, outputs: Any) -> Any:
+        """The probability that a step is unstable, 0 to 1, of J steps, (J,): ``sl_decide``.
+
+        Args:
+            outputs: of the last layer, (J, H).
+        """
+        steps = count_of("outputs", outputs)
+        given = array("outputs", outputs, steps, self.width, kind=np.float32)
+        chances = np.empty(steps, np.float32)
+        LIBRARY.sl_decide(steps, self.width, given, self._head_at, self.last, chances.ctypes.data)
+        return chances

@@ -22,8 +22,13 @@ def drawn(*shape):
     return RANDOM.normal(0.0, 1.0, shape).astype(np.float32)
 
 
-def layer(columns=5, width=3):
-    return learned.Layer(drawn(columns, 4 * width), drawn(width, 4 * width), drawn(4 * width))
+def network(columns=5, width=3):
+    """Of two layers."""
+    layers = [
+        learned.Layer(drawn(count, 4 * width), drawn(width, 4 * width), drawn(4 * width))
+        for count in (columns, width)
+    ]
+    return learned.Lstm(layers, drawn(width), 0.5)
 
 
 def test_every_column_of_the_header_has_a_name():
@@ -60,24 +65,28 @@ def test_quantities_are_counted_up_to_the_first_outside():
         assert learned.count_inside(found, ends[0], lighter) == heaviest
 
 
-def test_a_layer_goes_on_from_its_state_and_leaves_that_as_it_is():
-    of, rows, start = layer(), drawn(7, 5), np.zeros((2, 3), np.float32)
+def test_a_network_goes_on_from_its_state_and_leaves_that_as_it_is():
+    of, rows = network(), drawn(7, 5)
+    start = of.start()
     whole, after = of.run(rows, start)
     assert not start.any()
     first, between = of.run(rows[:4], start)
     second, end = of.run(rows[4:], between)
     assert np.concatenate((first, second)).tobytes() == whole.tobytes()
     assert end.tobytes() == after.tobytes()
-    assert after[0].tobytes() == whole[-1].tobytes()
-    chances = learned.decide(whole, drawn(3), 0.5)
-    assert ((chances > 0.0) & (chances < 1.0)).all()
+    assert after[-1, 0].tobytes() == whole[-1].tobytes()
+    none, unchanged = of.run(rows[:0], between)
+    assert (none.shape, unchanged.tobytes()) == ((0, 3), between.tobytes())
+    logits = whole @ of.head + of.last
+    np.testing.assert_allclose(of.decide(whole), 1.0 / (1.0 + np.exp(-logits)), rtol=1e-5)
 
 
 @pytest.mark.parametrize("copied", [copy.deepcopy, lambda one: pickle.loads(pickle.dumps(one))])
 def test_a_copy_has_arrays_of_its_own(copied):
-    of, rows, start = layer(), drawn(7, 5), np.zeros((2, 3), np.float32)
-    other = copied(of)
-    assert not set(other._addresses) & set(of._addresses)
+    of, rows = network(), drawn(7, 5)
+    other, start = copied(of), of.start()
+    for own, one in zip(other._at, of._at, strict=True):
+        assert not set(own[1:]) & set(one[1:])
     assert other.run(rows, start)[0].tobytes() == of.run(rows, start)[0].tobytes()
     given = given_of(LAYOUTS[0])
     other = copied(given)
@@ -86,8 +95,8 @@ def test_a_copy_has_arrays_of_its_own(copied):
 
 
 def test_arrays_of_another_kind_are_refused_by_name():
-    of, rows, start = layer(), drawn(7, 5), np.zeros((2, 3), np.float32)
-    layout, wrong = LAYOUTS[0], pytest.raises
+    of, rows = network(), drawn(7, 5)
+    layout, start, wrong = LAYOUTS[0], of.start(), pytest.raises
     boxes = layout.lower, layout.upper, layout.weights, layout.mass_offsets
     with wrong(WrongArrayError, match=r"floor is .*required: float64 of shape \(5,\)"):
         Given(*boxes, layout.floor.corners[:4])
@@ -97,11 +106,11 @@ def test_arrays_of_another_kind_are_refused_by_name():
         of.run(rows.astype(float), start)
     with wrong(WrongArrayError, match="rows has to be C-contiguous"):
         of.run(np.asfortranarray(rows), start)
-    with wrong(WrongArrayError, match=r"state is .*required: float32 of shape \(2, 3\)"):
+    with wrong(WrongArrayError, match=r"state is .*required: float32 of shape \(2, 2, 3\)"):
         of.run(rows, start[:1])
     with wrong(WrongArrayError, match=r"recurrent is .*required: float32 of shape \(3, 12\)"):
-        learned.Layer(drawn(5, 12), drawn(3, 8), drawn(12))
+        learned.Lstm([learned.Layer(drawn(5, 12), drawn(3, 8), drawn(12))], drawn(3), 0.0)
     with wrong(WrongArrayError, match=r"outputs is .*required: float32 of shape \(7, 3\)"):
-        learned.decide(drawn(7, 2), drawn(3), 0.0)
+        of.decide(drawn(7, 2))
     with wrong(WrongArrayError, match=r"least is .*required: float64 of shape \(6,\)"):
         learned.count_inside(np.ones((4, 6)), np.ones(5), np.ones(6))
