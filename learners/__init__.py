@@ -1,7 +1,7 @@
 """Learned methods: methods trained on labelled layouts, and their training.
 
-What judges (:mod:`steadyload.learners.methods` and below it) needs numpy and numba alone; what
-trains imports torch, which comes with ``pip install 'steadyload[learners]'``.
+What judges (:mod:`steadyload.learners.methods` and below it) needs NumPy and the C library alone;
+what trains imports torch, which comes with ``pip install 'steadyload[learners]'``.
 """
 
 from __future__ import annotations

@@ -2,22 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from enum import StrEnum
 
 import numpy as np
 from numpy.typing import NDArray
 
-from steadyload.layouts.model.layout import (
-    Arrangement,
-    FloatArray,
-    Item,
-    Layout,
-    Vector,
-)
-from steadyload.learners.compiled import compiled
-from steadyload.learners.support import COLUMNS, THRESHOLD, support_table
+from steadyload.core.learned import plain_features, support_features
+from steadyload.core.whole import Given
+from steadyload.layouts.model.layout import Arrangement, Item, Layout, Vector
 
 Array32 = NDArray[np.float32]
 
@@ -27,7 +20,7 @@ class FeatureKind(StrEnum):
 
     ``plain``: those of the paper's Fig. 2: position, size, centre of mass and weight of the item
     and the size of the pallet. ``support``: how the item and all that carries it stand on what is
-    below them (:mod:`steadyload.learners.support`), whatever the pallet and the way it is turned.
+    below them (:data:`SUPPORT`), whatever the pallet and the way it is turned.
     """
 
     PLAIN = "plain"
@@ -45,14 +38,23 @@ PLAIN = (
 centre of mass from the geometric centre; ``weight`` the log of the item's weight on a pallet of one
 metre [kg], at the same density."""
 
+STATE = (
+    "supported share", "supporters", "margin", "relative margin", "drop", "free angle",
+    "touch angle", "side angle", "catch angle", "angle", "way", "excess", "held angle",
+    "box height", "lever", "load", "shorter side",
+)  # fmt: skip
+SUPPORT = (
+    "on the floor", *STATE, "height", "weight", "mass height",
+    *(f"worst {name}" for name in (*STATE, "height")),
+    "least margin", "items below", "unbalanced", "moving",
+)  # fmt: skip
+"""Of item j itself, then of the item in the greatest danger among those that the step reaches, and
+over all of these: ``sl_column`` of ``harness/core/learned.h`` has what each is, in this order. None
+depends on the pallet but for the edges of a deck, nor on where on it an item stands, nor on the
+unit of weight; none changes when the layout is turned or mirrored."""
+
 _X, _Y, _Z, _WIDTH, _HEIGHT, _DEPTH, _MASS_X, _MASS_Y, _MASS_Z = range(9)
 _PALLET_X, _PALLET_Z = 10, 12
-_LOGARITHMS = tuple(
-    COLUMNS.index(c) for c in COLUMNS
-    if c.endswith(("angle", "way", "load", "box height", "shorter side")) or c == "weight"
-)  # fmt: skip
-_LEAST = 0.01
-"""Of what is taken as a logarithm, in shares of a label's threshold: less is none."""
 
 SYMMETRIES = 8
 """Turns and mirrors of a pallet about its vertical: bit 0 mirrors along x, bit 1 along z, bit 2
@@ -61,7 +63,7 @@ then swaps the two axes. 0 leaves all as it is."""
 
 def names(kind: FeatureKind) -> tuple[str, ...]:
     """Names of the features, in the order of the columns."""
-    return PLAIN if kind is FeatureKind.PLAIN else COLUMNS
+    return PLAIN if kind is FeatureKind.PLAIN else SUPPORT
 
 
 def features(layout: Arrangement, kind: FeatureKind) -> Array32:
@@ -69,57 +71,24 @@ def features(layout: Arrangement, kind: FeatureKind) -> Array32:
 
     Row j depends on the items 0 to j alone.
     """
-    return features_of(
-        layout.lower, layout.upper, layout.weights, layout.mass_offsets,
-        layout.floor.corners, layout.pallet.size, kind,
-    )  # fmt: skip
+    return features_of(given_of(layout), layout.pallet.size, kind)
 
 
-def features_of(
-    lower: FloatArray, upper: FloatArray, weights: FloatArray, offsets: FloatArray,
-    floor: FloatArray, pallet: Vector, kind: FeatureKind,
-) -> Array32:  # fmt: skip
-    """As :func:`features`, from the arrays that a :class:`Layout` and its floor have, and the size
-    of the pallet.
-    """
-    out = np.empty((len(weights), len(names(kind))), dtype=np.float32)
-    if kind is FeatureKind.PLAIN:
-        _fill_plain(lower, upper, weights, offsets, np.array(pallet, dtype=np.float64), out)
-    else:
-        _fill_support(lower, upper, weights, offsets, floor, out)
-    return out
+def given_of(layout: Arrangement) -> Given:
+    """The layout as the C library takes it."""
+    return Given(
+        layout.lower, layout.upper, layout.weights, layout.mass_offsets, layout.floor.corners
+    )
 
 
-@compiled
-def _fill_plain(
-    lower: FloatArray, upper: FloatArray, weights: FloatArray, offsets: FloatArray,
-    pallet: FloatArray, out: Array32,
-) -> None:  # fmt: skip
-    longest = pallet.max()
-    scale = math.log(longest / 100.0)
-    for j in range(len(weights)):
-        for axis in range(3):
-            out[j, axis] = lower[j, axis] / longest
-            out[j, 3 + axis] = (upper[j, axis] - lower[j, axis]) / longest
-            out[j, 6 + axis] = offsets[j, axis] / longest
-            out[j, 10 + axis] = pallet[axis] / longest
-        out[j, 9] = math.log(weights[j]) - 3.0 * scale
-        out[j, 13] = scale
-
-
-@compiled
-def _fill_support(
-    lower: FloatArray, upper: FloatArray, weights: FloatArray, offsets: FloatArray,
-    floor: FloatArray, out: Array32,
-) -> None:  # fmt: skip
-    table = support_table(lower, upper, weights, 0.5 * (lower + upper) + offsets, floor)
-    for j in range(len(weights)):
-        for k in range(table.shape[1]):
-            value = table[j, k]
-            if k in _LOGARITHMS:
-                out[j, k] = math.log(max(value / THRESHOLD, _LEAST))
-            else:
-                out[j, k] = math.asinh(value)
+def features_of(given: Given, pallet: Vector, kind: FeatureKind) -> Array32:
+    """As :func:`features`, of a layout on a pallet of a size."""
+    found: Array32 = (
+        plain_features(given, np.array(pallet, dtype=np.float64))
+        if kind is FeatureKind.PLAIN
+        else support_features(given)
+    )
+    return found
 
 
 def turned(layout: Layout, symmetry: int) -> Layout:

@@ -1,7 +1,7 @@
-"""Inference of trained networks by numpy and compiled loops alone: judging needs no torch.
+"""Inference of trained networks by NumPy and the C library alone: judging needs no torch.
 
-One layout at a time is a matter of tenths of a millisecond in a loop that stays in one thread; many
-at once are matrix products. Both give what torch gives, to rounding.
+One layout at a time takes tenths of a millisecond in C, in one thread; many at once are matrix
+products. Both give what torch gives, to rounding.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from steadyload.learners.compiled import compiled
+from steadyload.core import learned
 from steadyload.learners.features import Array32
 
 VERSION = 1
@@ -21,15 +21,6 @@ VERSION = 1
 
 HEADS = 4
 """Of the attention, where there is one."""
-
-
-@dataclass(frozen=True)
-class _Layer:
-    """Weights of one LSTM layer, transposed and in the order i, f, o, g, ready for products."""
-
-    inward: Array32
-    recurrent: Array32
-    bias: Array32
 
 
 @dataclass(frozen=True)
@@ -45,11 +36,11 @@ class _Attention:
 class Memory(NamedTuple):
     """State that a network carries from step to step.
 
-    ``seen``: so many steps. ``states``: of every layer, its output and its cell, (2, H).
+    ``seen``: so many steps. ``state``: of every layer, its outputs and its cells, (L, 2, H).
     """
 
     seen: int
-    states: tuple[Array32, ...]
+    state: Array32
 
 
 class Network:
@@ -62,17 +53,18 @@ class Network:
 
     def __init__(self, arrays: Mapping[str, Array32]) -> None:
         mean, scale = arrays["mean"].astype(float), arrays["scale"].astype(float)
-        self._layers: list[_Layer] = []
-        while f"lstm.weight_ih_l{len(self._layers)}" in arrays:
-            number = len(self._layers)
+        layers: list[learned.Layer] = []
+        while f"lstm.weight_ih_l{len(layers)}" in arrays:
+            number = len(layers)
             bias = arrays[f"lstm.bias_ih_l{number}"].astype(float)
             bias = bias + arrays[f"lstm.bias_hh_l{number}"]
             inward = arrays[f"lstm.weight_ih_l{number}"].astype(float)
             if not number:
                 inward, bias = _normalised(inward, bias, mean, scale)
             recurrent = arrays[f"lstm.weight_hh_l{number}"]
-            self._layers.append(_Layer(_gates(inward), _gates(recurrent), _gates(bias)))
-        self._head, self._last = _flat(arrays["head.weight"][0]), float(arrays["head.bias"][0])
+            layers.append(learned.Layer(_gates(inward), _gates(recurrent), _gates(bias)))
+        head = _flat(arrays["head.weight"][0])
+        self._lstm = learned.Lstm(layers, head, float(arrays["head.bias"][0]))
         self._attention = None
         if "query.weight" in arrays:
             self._attention = _Attention(
@@ -90,8 +82,7 @@ class Network:
 
     def start(self) -> Memory:
         """The state of a network before the first step."""
-        widths = [len(layer.recurrent) for layer in self._layers]
-        return Memory(0, tuple(np.zeros((2, width), dtype=np.float32) for width in widths))
+        return Memory(0, self._lstm.start())
 
     def go_on(self, rows: Array32, memory: Memory) -> tuple[Array32, Memory]:
         """Probabilities that a step is unstable, for steps after those in the memory.
@@ -103,13 +94,11 @@ class Network:
         Returns:
             Shape (J - seen,), and the memory of all steps.
         """
-        below, states = rows[memory.seen :], tuple(state.copy() for state in memory.states)
-        for layer, state in zip(self._layers, states, strict=True):
-            below = _run(below, layer.inward, layer.recurrent, layer.bias, state)
-        after = Memory(len(rows), states)
+        states, state = self._lstm.run(rows[memory.seen :], memory.state)
+        after = Memory(len(rows), state)
         if self._attention is None:
-            return _decide(below, self._head, self._last), after
-        return self._sigmoid(self._attended(rows[None], below[None]))[0], after
+            return self._lstm.decide(states), after
+        return self._sigmoid(self._attended(rows[None], states[None]))[0], after
 
     def probabilities_of_many(self, rows: Array32) -> Array32:
         """That a step is unstable, for every step of many layouts.
@@ -122,11 +111,11 @@ class Network:
         """
         # Time comes first: every step is then one piece of memory.
         below = np.ascontiguousarray(rows.transpose(1, 0, 2))
-        for layer in self._layers:
+        for layer in self._lstm.layers:
             below = _run_many(below, layer)
         states = below.transpose(1, 0, 2)
         if self._attention is None:
-            return self._sigmoid(states @ self._head + np.float32(self._last))
+            return self._sigmoid(self._logits(states))
         return self._sigmoid(self._attended(rows, states))
 
     @staticmethod
@@ -154,7 +143,11 @@ class Network:
         back = (scores @ value).transpose(0, 2, 1, 3).reshape(many, steps, width)
         matrix, bias = weights.mixed
         mixed = np.maximum(np.concatenate((states, back), axis=2) @ matrix + bias, 0.0)
-        return mixed @ self._head + np.float32(self._last)
+        return self._logits(mixed)
+
+    def _logits(self, states: Array32) -> Array32:
+        logits: Array32 = states @ self._lstm.head + np.float32(self._lstm.last)
+        return logits
 
 
 def _normalised(weight: Any, bias: Any, mean: Any, scale: Any) -> tuple[Any, Any]:
@@ -184,7 +177,7 @@ def _gates(array: Any) -> Array32:
     return _flat(np.concatenate((i, f, o, g)).T)
 
 
-def _run_many(rows: Array32, layer: _Layer) -> Array32:
+def _run_many(rows: Array32, layer: learned.Layer) -> Array32:
     """One layer over many layouts: states (T, B, H) of inputs (T, B, F)."""
     steps, many, _ = rows.shape
     width = len(layer.recurrent)
@@ -204,62 +197,4 @@ def _run_many(rows: Array32, layer: _Layer) -> Array32:
         cell *= f
         cell += i * g
         np.multiply(o, np.tanh(cell), out=out[step])
-    return out
-
-
-@compiled
-def _run(
-    rows: Array32, inward: Array32, recurrent: Array32, bias: Array32, state: Array32
-) -> Array32:
-    """One layer over one layout: outputs (J, H) of inputs (J, F).
-
-    Args:
-        rows: the inputs.
-        inward: weights of the inputs.
-        recurrent: weights of the output before.
-        bias: of the gates.
-        state: output and cell before the first step, (2, H); then those after the last.
-    """
-    steps, width = len(rows), len(recurrent)
-    out = np.empty((steps, width), dtype=np.float32)
-    gates = np.empty(4 * width, dtype=np.float32)
-    last, cell = state[0], state[1]
-    for step in range(steps):
-        gates[:] = bias
-        _add_product(rows[step], inward, gates)
-        _add_product(last, recurrent, gates)
-        for m in range(3 * width):
-            gates[m] = np.float32(1.0) / (np.float32(1.0) + math.exp(-gates[m]))
-        for m in range(width):
-            cell[m] = gates[width + m] * cell[m] + gates[m] * math.tanh(gates[3 * width + m])
-            last[m] = gates[2 * width + m] * math.tanh(cell[m])
-        out[step] = last
-    return out
-
-
-@compiled
-def _add_product(vector: Array32, matrix: Array32, out: Array32) -> None:
-    """Add vector @ matrix to ``out``, four rows of the matrix at a time."""
-    count = len(vector)
-    whole = count - count % 4
-    for k in range(0, whole, 4):
-        a, b, c, d = vector[k], vector[k + 1], vector[k + 2], vector[k + 3]
-        one, two, three, four = matrix[k], matrix[k + 1], matrix[k + 2], matrix[k + 3]
-        for m in range(len(out)):
-            out[m] += a * one[m] + b * two[m] + c * three[m] + d * four[m]
-    for k in range(whole, count):
-        a, one = vector[k], matrix[k]
-        for m in range(len(out)):
-            out[m] += a * one[m]
-
-
-@compiled
-def _decide(states: Array32, head: Array32, last: float) -> Array32:
-    """Probabilities from states."""
-    out = np.empty(len(states), dtype=np.float32)
-    for step in range(len(states)):
-        logit = last
-        for m in range(len(head)):
-            logit += states[step, m] * head[m]
-        out[step] = 1.0 / (1.0 + math.exp(-logit))
     return out

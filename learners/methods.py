@@ -13,7 +13,7 @@ import numpy as np
 
 from steadyload.engines.quantities import quantity
 from steadyload.layouts.model.growing import GrowingLayout
-from steadyload.layouts.model.layout import Arrangement, Item, Layout, Pallet
+from steadyload.layouts.model.layout import Arrangement, Layout
 from steadyload.layouts.model.question import Question
 from steadyload.learners import LearnerError
 from steadyload.learners.features import VERSION as FEATURES
@@ -145,15 +145,12 @@ class LearnedMethod(Method):
         return self.trained
 
     def prepare(self, item_count: int = 0) -> None:
-        """Read the weights and compile.
+        """Read the weights.
 
         Raises:
             LearnerError: see :attr:`weights`.
         """
-        item = Item(0, (0.0, 0.0, 0.0), (1.0, 1.0, 1.0), 1.0)
-        first = Layout("first", Pallet(1.0, 1.0, 1.0), (item,))
-        self._outside(first)
-        self.probabilities(first)
+        _ = self.weights
 
     def probabilities(self, layout: Layout) -> Array32:
         """That a step is unstable, for every step, shape (J,): the members' mean (Eq. 8).

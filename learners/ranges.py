@@ -8,9 +8,10 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from steadyload.core import learned
+from steadyload.core.whole import Given
 from steadyload.layouts.model.layout import Arrangement, FloatArray
-from steadyload.learners.compiled import compiled
-from steadyload.learners.features import FeatureKind
+from steadyload.learners.features import FeatureKind, given_of
 from steadyload.methods.contract.declared import LayoutRange
 
 SLACK = 0.1
@@ -39,72 +40,20 @@ def quantities_of(kind: FeatureKind) -> tuple[str, ...]:
     return tuple(q for q in QUANTITIES if kind is FeatureKind.PLAIN or q not in _UNSEEN)
 
 
-def _of_items(layout: Arrangement) -> FloatArray:
-    """The quantities of every item, (J, 6): all but the first of :data:`QUANTITIES`, in order."""
-    return _quantities(
-        layout.lower, layout.upper, layout.weights, layout.mass_offsets, layout.floor.corners
-    )
-
-
-@compiled
-def _quantities(
-    lower: FloatArray, upper: FloatArray, weights: FloatArray, offsets: FloatArray,
-    floor: FloatArray,
-) -> FloatArray:  # fmt: skip
-    out = np.empty((len(weights), 6))
-    lightest, heaviest = 1e300, 0.0
-    for j in range(len(weights)):
-        lightest, heaviest = min(lightest, weights[j]), max(heaviest, weights[j])
-        shortest, longest, shift = 1e300, 0.0, 0.0
-        for axis in range(3):
-            side = upper[j, axis] - lower[j, axis]
-            shortest, longest = min(shortest, side), max(longest, side)
-            shift = max(shift, abs(offsets[j, axis]) / side)
-        over = max(floor[0] - lower[j, 0], upper[j, 0] - floor[2])
-        over = max(over, max(floor[1] - lower[j, 2], upper[j, 2] - floor[3]), 0.0)
-        out[j] = shortest, longest, weights[j], shift, heaviest / lightest, over
-    return out
-
-
-@compiled
-def _inside(of_items: FloatArray, least: FloatArray, most: FloatArray) -> int:
-    """Number of first items that are within."""
-    for j in range(len(of_items)):
-        for k in range(of_items.shape[1]):
-            if not least[k] <= of_items[j, k] <= most[k]:
-                return j
-    return len(of_items)
-
-
-def extent_of(
-    lower: FloatArray, upper: FloatArray, weights: FloatArray, offsets: FloatArray,
-    floor: FloatArray, longest: float,
-) -> FloatArray:  # fmt: skip
+def extent_of(given: Given, longest: float) -> FloatArray:
     """The least and the greatest value of every quantity in one layout, (2, quantities).
 
     Args:
-        lower: as in a layout, and so are the next three.
-        upper: likewise.
-        weights: likewise.
-        offsets: likewise.
-        floor: corners of a layout's floor.
+        given: the layout.
         longest: side of the pallet [cm].
     """
-    of_items = _quantities(lower, upper, weights, offsets, floor)
+    of_items = learned.quantities(given)
     return np.array([[longest, *of_items.min(axis=0)], [longest, *of_items.max(axis=0)]])
 
 
 def extents_of(layouts: Iterable[Arrangement]) -> FloatArray:
     """:func:`extent_of` each layout, (M, 2, quantities)."""
-    return np.array(
-        [
-            extent_of(
-                each.lower, each.upper, each.weights, each.mass_offsets, each.floor.corners,
-                max(each.pallet.size),
-            )
-            for each in layouts
-        ]
-    )  # fmt: skip
+    return np.array([extent_of(given_of(each), max(each.pallet.size)) for each in layouts])
 
 
 def trained_ranges(extents: Iterable[FloatArray], kind: FeatureKind) -> dict[str, list[float]]:
@@ -158,16 +107,13 @@ class TrainedRanges:
 
     def outside(self, layout: Arrangement) -> str:
         """Sentence on the quantity and item that lie outside; empty if none does."""
-        # Computed first, so that any layout compiles all of it.
-        of_items = _of_items(layout)
-        least, most = self._least[1:], self._most[1:]
-        inside = _inside(of_items, least, most)
         longest = max(layout.pallet.size)
         if not self._least[0] <= longest <= self._most[0]:
             return self._sentence("the layout", 0, longest)
+        of_items, inside = self._of_items(layout)
         if inside == len(layout):
             return ""
-        found = of_items[inside]
+        found, least, most = of_items[inside], self._least[1:], self._most[1:]
         quantity = int(np.argmax(~((least <= found) & (found <= most))))
         return self._sentence(f"item {inside}", 1 + quantity, float(found[quantity]))
 
@@ -184,7 +130,12 @@ class TrainedRanges:
         """Number of first steps with nothing outside; all if :meth:`outside` is empty."""
         if not self._least[0] <= max(layout.pallet.size) <= self._most[0]:
             return 0
-        return _inside(_of_items(layout), self._least[1:], self._most[1:])
+        return self._of_items(layout)[1]
+
+    def _of_items(self, layout: Arrangement) -> tuple[FloatArray, int]:
+        """Quantities of every item, and the number of first items inside; the pallet apart."""
+        found: FloatArray = learned.quantities(given_of(layout))
+        return found, learned.count_inside(found, self._least[1:], self._most[1:])
 
     def _sentence(self, of: str, quantity: int, value: float) -> str:
         name, unit = list(QUANTITIES.items())[quantity]

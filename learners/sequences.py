@@ -13,13 +13,14 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from steadyload.core.whole import Given
 from steadyload.layouts.benchmark import Benchmark, load_benchmark
 from steadyload.layouts.benchmark.parts import Part
 from steadyload.layouts.model.layout import Layout
 from steadyload.layouts.model.question import Question
 from steadyload.learners import LeakError
 from steadyload.learners.features import Array32, FeatureKind, features, features_of
-from steadyload.learners.ranges import extent_of, trained_ranges, widest
+from steadyload.learners.ranges import extent_of, extents_of, trained_ranges, widest
 from steadyload.progress import Progress, silent
 from steadyload.statistics.placed import items_placed_by_case
 
@@ -167,11 +168,11 @@ def load_sequences(
     rows, extents, geometries = [], [], []
     known: dict[str, str] = {}
     for k, name in enumerate(chosen["layout"]):
-        own, floor, pallet = slice(*batch.starts[k : k + 2]), batch.floors[k], batch.pallets[k].size
-        lower, upper = batch.lower[own], batch.upper[own]
-        arrays = (lower, upper, batch.weights[own], batch.mass_offsets[own], floor)
-        rows.append(features_of(*arrays, pallet, kind))
-        extents.append(extent_of(*arrays, max(pallet)))
+        own, pallet = slice(*batch.starts[k : k + 2]), batch.pallets[k].size
+        boxes = batch.lower[own], batch.upper[own], batch.weights[own], batch.mass_offsets[own]
+        given = Given(*boxes, batch.floors[k])
+        rows.append(features_of(given, pallet, kind))
+        extents.append(extent_of(given, max(pallet)))
         if name not in known:
             known[name] = geometry_of(benchmark.layouts.loc[name])
         geometries.append(known[name])
@@ -205,13 +206,6 @@ def sequences_of(
         name: stands for that of a set.
     """
     rows = [features(layout, kind) for layout in layouts]
-    extents = [
-        extent_of(
-            layout.lower, layout.upper, layout.weights, layout.mass_offsets,
-            layout.floor.corners, max(layout.pallet.size),
-        )
-        for layout in layouts
-    ]  # fmt: skip
     return Sequences(
         kind,
         np.concatenate(rows),
@@ -221,7 +215,7 @@ def sequences_of(
         cases["instance"].to_numpy(dtype=object),
         cases["geometry"].to_numpy(dtype=object),
         np.full(len(cases), name, dtype=object),
-        trained_ranges(extents, kind),
+        trained_ranges(extents_of(layouts), kind),
     )
 
 

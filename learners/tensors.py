@@ -1,4 +1,4 @@
-"""Tensors of a network: checked in a file before compiled loops, which check no bounds."""
+"""Tensors of a network: checked in a file, so that a sentence names the file."""
 
 from __future__ import annotations
 

@@ -15,7 +15,6 @@ if TYPE_CHECKING:
 
 PARTS = (
     "steadyload.statics.kernels.compiled:PART",
-    "steadyload.learners.compiled:PART",
     "steadyload.engines.reference.compiled:PART",
 )
 """Import paths of the compiled parts of packages, the quickest first."""

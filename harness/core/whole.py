@@ -42,6 +42,9 @@ class Given:
         boxes = _boxes(lower, upper, weights, offsets)
         self.addresses = *boxes, array("floor", floor, 5)
 
+    def __len__(self) -> int:
+        return self.addresses[0]
+
     def __reduce__(self) -> tuple[type[Given], tuple[Any, ...]]:
         """Addresses are those of this process."""
         return type(self), self._arrays

@@ -7,20 +7,24 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from steadyload.core.learned import support_table
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.packing.packing import random_layouts
 from steadyload.learners.features import (
+    SUPPORT,
     SYMMETRIES,
     FeatureKind,
     features,
+    given_of,
     names,
     symmetry_matrices,
     turned,
 )
-from steadyload.learners.support import COLUMNS, GRAVITY, SECONDS, support_table
 from steadyload.methods.registry import make_method
 
 PALLET = Pallet(100.0, 100.0, 100.0)
+SECONDS, GRAVITY = 0.3, 980.0
+"""Time [s] and acceleration [cm/s2] that a label gives an item to fall."""
 LAYOUTS = random_layouts(120, seed=11)
 
 
@@ -38,10 +42,9 @@ def layout(*boxes, pallet=PALLET):
 
 def table(lay):
     """The support table by column, a list of rows each."""
-    centres = 0.5 * (lay.lower + lay.upper) + lay.mass_offsets
-    found = support_table(lay.lower, lay.upper, lay.weights, centres, lay.floor.corners)
-    assert found.shape == (len(lay), len(COLUMNS))
-    return {name: found[:, k].tolist() for k, name in enumerate(COLUMNS)}
+    found = support_table(given_of(lay))
+    assert found.shape == (len(lay), len(SUPPORT))
+    return {name: found[:, k].tolist() for k, name in enumerate(SUPPORT)}
 
 
 FLOOR = (0.0, 0.0, 0.0, 10.0, 10.0, 10.0)

@@ -2,12 +2,11 @@
 
 import math
 
-import numpy as np
 import pytest
 
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.learners.features import FeatureKind
-from steadyload.learners.ranges import QUANTITIES, SLACK, TrainedRanges, extent_of, quantities_of
+from steadyload.learners.ranges import QUANTITIES, SLACK, TrainedRanges, extents_of, quantities_of
 
 WIDE = {name: [0.0, 1e6] for name in QUANTITIES}
 
@@ -54,8 +53,7 @@ def test_a_quantity_outside_is_named_at_either_end(name):
 
 
 def test_quantities_beyond_a_range_are_those_that_a_sentence_names():
-    arrays = (LAYOUT.lower, LAYOUT.upper, LAYOUT.weights, LAYOUT.mass_offsets)
-    extents = np.array([extent_of(*arrays, LAYOUT.floor.corners, max(LAYOUT.pallet.size))])
+    extents = extents_of([LAYOUT])
     assert not outside().beyond(extents).any()
     low, high = extents[0]
     for k, name in enumerate(QUANTITIES):

@@ -14,10 +14,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import steadyload as sl
+from steadyload.core.learned import support_table
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.model.batch import LayoutBatch
 from steadyload.layouts.model.layout import view_on
-from steadyload.learners.support import COLUMNS, support_table
+from steadyload.learners.features import SUPPORT, given_of
 from steadyload.properties.transforms import mirrored, quarter_turned, translated
 from steadyload.statics.rest_position import RestPositions
 
@@ -119,26 +120,20 @@ def test_forces_at_sides_act_across_a_gap_of_exactly_the_tolerance():
 
 
 def test_features_of_support_see_the_same_contacts():
-    share, drop = COLUMNS.index("supported share"), COLUMNS.index("drop")
+    share, drop = SUPPORT.index("supported share"), SUPPORT.index("drop")
     for pallet, boxes in pairs(1):
         layout = in_memory(pallet, boxes)
-        centres = 0.5 * (layout.lower + layout.upper)
-        table = support_table(
-            layout.lower, layout.upper, layout.weights, centres, layout.floor.corners
-        )
+        table = support_table(given_of(layout))
         assert table[1, share] == 1.0
         assert table[1, drop] == 0.0
 
 
 def test_features_of_support_see_the_edges_of_a_deck_alike():
-    floor, share = COLUMNS.index("on the floor"), COLUMNS.index("supported share")
+    floor, share = SUPPORT.index("on the floor"), SUPPORT.index("supported share")
     for k in range(100, 1100):
         box = (-1, 1, 10 * k - 999, 4_000, 1_000, 1_000)
         layout = in_memory((8_000, 16_000, 10 * k), (box,), floor="deck")
-        centres = 0.5 * (layout.lower + layout.upper)
-        table = support_table(
-            layout.lower, layout.upper, layout.weights, centres, layout.floor.corners
-        )
+        table = support_table(given_of(layout))
         assert table[0, floor] == table[0, share] == 1.0
 
 

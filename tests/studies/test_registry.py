@@ -12,7 +12,6 @@ from steadyload.cli import main
 from steadyload.cli.commands import commands
 from steadyload.engines import registry as engine_registry
 from steadyload.layouts.model.question import Question
-from steadyload.learners import warming
 from steadyload.methods import registry as method_registry
 from steadyload.methods.contract.declared import Trait
 from steadyload.methods.contract.method import StepScorer
@@ -211,7 +210,7 @@ PLACES = {
     Trait.CENTRES_OF_MASS: {"inside the edge"},
     Trait.BALANCE: {"balanced stays"},
     Trait.MOVEMENT: {"shares of steps"},
-    Trait.LEARNED: {"learnt from labels", "warmed up"},
+    Trait.LEARNED: {"learnt from labels"},
 }
 """What is said or tested of a method because it declares a trait."""
 
@@ -228,9 +227,9 @@ class Scorer(StepScorer):
         return 0.0
 
 
-def places(monkeypatch, layout):
+def places(layout):
     """Where the toy method stands: properties that are tested on it, and facts about it."""
-    tested, ready = MethodUnderTest("optimist"), []
+    tested = MethodUnderTest("optimist")
     method = tested.method
     found = {name for name, one in PROPERTIES.items() if one.applies(tested)}
     if step_shares(method, [layout]):
@@ -238,9 +237,7 @@ def places(monkeypatch, layout):
     table = score_steps(["optimist"], [Case(layout, len(layout), "S1", "list", None)])
     if table.step_scores["optimist"].trained:
         found.add("learnt from labels")
-    monkeypatch.setattr(type(method), "prepare", lambda own, count=0: ready.append(str(own.spec)))
-    warming.warm_up()
-    return found | ({"warmed up"} if "optimist" in ready else set())
+    return found
 
 
 @pytest.mark.parametrize("trait", Trait)
@@ -249,11 +246,11 @@ def test_a_method_of_others_stands_wherever_its_trait_says(toys, stack, monkeypa
     monkeypatch.setattr(kind, "Parameters", Shared)
     monkeypatch.setattr(kind, "steps", lambda *_: Scorer())
     monkeypatch.setattr(kind, "step_counts", lambda *_: (1, 1, 0), raising=False)
-    without = places(monkeypatch, stack(0.0))
+    without = places(stack(0.0))
     assert "optimist" not in methods_with(trait)
     monkeypatch.setattr(kind, "traits", frozenset((trait,)))
     assert "optimist" in methods_with(trait)
-    assert PLACES[trait] <= places(monkeypatch, stack(0.0)) - without
+    assert PLACES[trait] <= places(stack(0.0)) - without
 
 
 def test_a_method_of_others_that_can_be_asked_each_question_is_shown_for_its_own(toys, monkeypatch):
