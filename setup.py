@@ -8,7 +8,9 @@ import atexit
 import contextlib
 import importlib.util
 import os
+import re
 import shutil
+import sysconfig
 import tempfile
 from pathlib import Path
 
@@ -75,14 +77,9 @@ class Build(build_py):
 class Wheel(bdist_wheel):
     """A wheel for this platform alone, and for every Python."""
 
-    def finalize_options(self):
-        """The library is of one platform."""
-        super().finalize_options()
-        self.root_is_pure = False
-
     def get_tag(self):
-        """The library takes no part of Python."""
-        return "py3", "none", super().get_tag()[2]
+        """The library calls nothing of Python."""
+        return "py3", "none", re.sub(r"[-.]", "_", sysconfig.get_platform())
 
 
 class Editable(editable_wheel):
@@ -112,7 +109,9 @@ setup(
     package_data={"": ["**/*"]},
     exclude_package_data={
         "": ["__pycache__/*", "*/__pycache__/*"],
-        "steadyload.core": ["lib/*"],  # that of the clone, which may be of other sources
+        # Libraries of the clone, which may be of other sources.
+        "steadyload": ["core/lib/*"],
+        "steadyload.core": ["lib/*"],
         "steadyload.reports": ["published/**", "rows/**"],
     },
     # What an earlier build left beside the sources would add modules that have been deleted since.

@@ -132,7 +132,7 @@ _OWNERS = threading.local()
 
 
 def own() -> _Own:
-    """What this thread has of its own."""
+    """The memory and the arrays of this thread."""
     kept: _Own | None = getattr(_OWNERS, "kept", None)
     if kept is None:
         kept = _OWNERS.kept = _Own()
@@ -172,7 +172,7 @@ class Scratch:
 
 
 def finding(found: Any, place: int = 0) -> Finding:
-    """What C has put in an array of type :data:`FINDING`, at a place of it."""
+    """The finding at a place of an array of type :data:`FINDING`."""
     return Finding(*_UNPACKED.unpack_from(found, place * _UNPACKED.size))
 
 

@@ -198,7 +198,7 @@ class Loading:
         ended_well(HELD.sl_said(self._loading, stays, reorder), "an answer that nothing asked for")
 
     def loaded(self) -> Loaded:
-        """What is loaded, and what waits: ``sl_loaded``."""
+        """The boxes that are loaded, and those that wait: ``sl_loaded``."""
         HELD.sl_loaded(self._loading, *self._found.addresses, self._counts_at)
         (order, stuck), (loaded, waiting) = self._found.arrays, self._counts.tolist()
         return Loaded(tuple(order[:loaded].tolist()), tuple(stuck[:waiting].tolist()))

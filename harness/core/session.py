@@ -34,7 +34,7 @@ class Boxes(NamedTuple):
 
 
 class Patches(NamedTuple):
-    """What a box stands on, in the order in which that came about.
+    """The patches that a box stands on, in the order in which that came about.
 
     Attributes:
         below: boxes, -1 for the floor, (k,).
@@ -87,7 +87,7 @@ class Reading:
         return self._has(HELD.sl_session_on_floor(self._session, box)) == 1
 
     def below(self, box: int) -> Patches:
-        """What a box stands on."""
+        """The patches that a box stands on."""
         count = self._fill(self._patches, HELD.sl_session_below, box)
         return Patches(*self._patches.first(count))
 

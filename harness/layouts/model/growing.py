@@ -233,7 +233,7 @@ class GrowingLayout:
             supports.below[on] += [p for p in self._patches(on) if p.below == item]
 
     def _patches(self, item: int) -> list[Patch]:
-        """What an item stands on."""
+        """The patches that an item stands on."""
         below, patches, _ = self._session.below(item)
         return [
             Patch(under, item, *at)

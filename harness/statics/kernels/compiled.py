@@ -14,7 +14,7 @@ PART = compilation.Part("the kernels", 75, "steadyload.statics.kernels.warming:w
 
 _SOURCES = hashlib.sha256(
     b"".join(path.read_bytes() for path in sorted(Path(__file__).parent.glob("*.py")))
-    + b"".join(Path(of.__file__).read_bytes() for of in (compilation, constants))
+    + b"".join(Path(str(of.__file__)).read_bytes() for of in (compilation, constants))
 ).hexdigest()[:12]
 
 
