@@ -15,7 +15,7 @@ COMPILE := $(BIN)/uv pip compile --generate-hashes --quiet --python-platform x86
 	--no-annotate --custom-compile-command 'make lock'
 # Both processes of a run keep whole files: what several tests of a file read is made once. Files
 # come in the order of tests/conftest.py, long ones first, not by how many tests they have.
-TEST := $(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
+TEST := $(BIN)/python -m pytest -n 2 --dist loadfile
 
 # Tests start many processes, each of which would compile all sources anew.
 unexport PYTHONDONTWRITEBYTECODE

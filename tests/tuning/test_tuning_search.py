@@ -165,7 +165,6 @@ if __name__ == "__main__":
 """
 
 
-@pytest.mark.deep("a search in a process of its own, killed, then over two others: 16 s")
 def test_a_killed_search_ends_as_if_nothing_had_been(tmp_path, genetic):
     """SIGKILL in the second generation; then over two processes, in whatever order they answer."""
     search, folder = genetic
