@@ -1,0 +1,111 @@
+"""When the reference is asked, by one screen and by two, on answers that are made up."""
+
+import numpy as np
+import pytest
+
+from steadyload.labelling.screened_loading import SAME, SAME_BY_TWO, ByOne, ByTwo
+from steadyload.methods.contract.method import Status
+from steadyload.methods.simulation.step_answers import StepAnswer
+
+NEVER, ALWAYS = np.full(4, 0.999), np.zeros(4)
+
+
+def answer(beyond=0.1, *, within=None, standing=None, item=0, status=Status.DONE, rattles=False):
+    """An answer of a box that moved so far, in units of a threshold."""
+    fails = beyond > 1.0
+    return StepAnswer(
+        status, "", fails if within is None else within,
+        None if rattles else fails if standing is None else standing,
+        item, beyond, 0.0, 0.0, 0.0, 0.0,
+    )  # fmt: skip
+
+
+CALM, NEAR, FAILS = answer(), answer(0.9), answer(2.0)
+RATTLES, LOST = answer(rattles=True), answer(status=Status.TIMEOUT)
+
+
+@pytest.mark.parametrize(
+    ("seen", "standing", "why"),
+    [
+        (CALM, True, ""), (answer(0.5), True, ""), (answer(0.51), True, "near"),
+        (FAILS, True, "fails"), (answer(0.1, within=True), True, "fails"),
+        (answer(0.1, standing=True), True, "fails"), (LOST, True, "no end"),
+        (RATTLES, True, "no end"), (RATTLES, False, ""),
+    ],
+)  # fmt: skip
+def test_one_screen_asks_where_something_fails_or_nearly_does(seen, standing, why):
+    asks = ByOne(NEVER)
+    assert asks.why(0, [seen], standing) == why
+    assert not asks.agree([seen], standing)
+    assert asks.known(0, why, [seen]) is None
+    assert ByOne(ALWAYS).why(0, [seen], standing) == (why or "drawn")
+
+
+def test_one_screen_does_not_ask_again_about_a_movement_that_was_agreed_on():
+    asks = ByOne(NEVER)
+    asks.note(0, [answer(0.8)], answer(0.8 + 1.1 * SAME))
+    assert asks.why(1, [answer(0.8)], True) == "near"
+    asks.note(1, [answer(0.8)], answer(0.8 + 0.9 * SAME))
+    assert asks.why(2, [answer(0.8 + 0.9 * SAME)], True) == ""
+    assert asks.why(2, [answer(0.8 + 1.1 * SAME)], True) == "near"
+    assert asks.why(2, [answer(0.8, item=1)], True) == "near"
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "standing", "why"),
+    [
+        (CALM, CALM, True, ""), (CALM, FAILS, True, "differ"), (FAILS, CALM, True, "differ"),
+        (FAILS, FAILS, True, "fails"), (CALM, NEAR, True, "near"), (answer(0.85), CALM, True, ""),
+        (answer(0.1, standing=True), CALM, True, "differ"),
+        (answer(0.1, within=True), CALM, True, "differ"),
+        (CALM, LOST, True, "no end"), (LOST, CALM, False, "no end"),
+        (CALM, RATTLES, True, ""), (RATTLES, CALM, True, ""), (RATTLES, RATTLES, True, "no end"),
+        (RATTLES, RATTLES, False, ""),
+    ],
+)  # fmt: skip
+def test_two_screens_ask_where_they_disagree_or_something_fails(stack, one, other, standing, why):
+    asks = ByTwo(NEVER, stack(0, 0, 0, 0))
+    assert asks.why(0, [one, other], standing) == why
+    assert asks.agree([one, other], standing) == (why in ("", "near", "fails"))
+    drawn = ByTwo(ALWAYS, stack(0, 0, 0, 0)).why(0, [one, other], standing)
+    assert drawn == (why or "drawn")
+
+
+@pytest.mark.parametrize(
+    ("now", "fresh_is_near", "is_known"),
+    [
+        (0.9, False, True), (0.9 + 0.9 * SAME_BY_TWO, False, True),
+        (0.9 + 1.1 * SAME_BY_TWO, False, False), (0.9, True, False),
+    ],
+)  # fmt: skip
+def test_an_answer_holds_while_screens_see_the_same_and_nothing_new_comes_near(
+    stack, now, fresh_is_near, is_known
+):
+    """The reference answers about the box at the bottom after two steps, and is asked at four."""
+    layout = stack(0, 0) if fresh_is_near else stack(0)
+    far = [(80.0, 0.0, 0.0), (80.0, 10.0, 0.0)]
+    items = [*layout.items, *(apart(layout, place, n) for n, place in enumerate(far))]
+    asks = ByTwo(NEVER, type(layout)("plan", layout.pallet, tuple(numbered(items))))
+    asks.note(0, [answer(0.9), answer(0.9)], told := answer(0.3))
+    found = asks.known(len(items) - 1, "near", [answer(now), answer(now)])
+    assert found == (told if is_known else None)
+    assert asks.known(len(items) - 1, "drawn", [answer(now), answer(now)]) is None
+
+
+def test_an_answer_that_something_moves_too_far_is_not_kept(stack):
+    asks = ByTwo(NEVER, stack(0, 0))
+    asks.note(0, [FAILS, FAILS], FAILS)
+    assert asks.known(1, "fails", [FAILS, FAILS]) is None
+    asks.note(0, [FAILS, answer(1.5)], CALM)
+    assert asks.known(0, "fails", [FAILS, answer(9.0)]) == CALM
+
+
+def apart(layout, place, number):
+    """A box like the first one at another place."""
+    first = layout.items[0]
+    return type(first)(number, place, first.size, first.weight)
+
+
+def numbered(items):
+    """The same items, in this order of loading."""
+    return [type(e)(step, e.position, e.size, e.weight) for step, e in enumerate(items)]
