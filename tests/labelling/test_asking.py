@@ -92,6 +92,16 @@ def test_an_answer_holds_while_screens_see_the_same_and_nothing_new_comes_near(
     assert asks.known(len(items) - 1, "drawn", [answer(now), answer(now)]) is None
 
 
+@pytest.mark.parametrize(
+    ("item", "asked_at", "is_known"), [(0, 1, True), (0, 2, False), (1, 2, False)]
+)
+def test_what_rests_on_a_box_by_way_of_others_changes_how_it_moves(stack, item, asked_at, is_known):
+    asks = ByTwo(NEVER, stack(0, 0, 0))
+    seen = [answer(0.9, item=item)] * 2
+    asks.note(1, seen, answer(0.3, item=item))
+    assert (asks.known(asked_at, "near", seen) is not None) == is_known
+
+
 def test_an_answer_that_something_moves_too_far_is_not_kept(stack):
     asks = ByTwo(NEVER, stack(0, 0))
     asks.note(0, [FAILS, FAILS], FAILS)
