@@ -41,6 +41,7 @@ def test_shares_of_uncertain_verdicts_are_in_per_cent():
     found = {
         "stands": 0.875, "interval": (0.5, 0.9375), "distribution": {"none": 0.875, "1": 0.125},
         "expected_score": 0.9, "samples": 16, "wall_seconds": 0.25, "status": "done",
+        "without_verdict": {}, "ending": "narrow", "why": "",
     }  # fmt: skip
     cells = _row(record, found)
     assert cells[5:10] == ("87.5 [50.0, 93.8]", "none (88 %), 2 (12 %)", "0.900", "16", "0.25")

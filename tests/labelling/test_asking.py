@@ -1,9 +1,13 @@
 """When the reference is asked, by one screen and by two, on answers that are made up."""
 
 import numpy as np
+import pandas as pd
 import pytest
 
+from steadyload.labelling.screened import REASONS, screened_steps
 from steadyload.labelling.screened_loading import SAME, SAME_BY_TWO, ByOne, ByTwo
+from steadyload.labelling.screening import screened_row
+from steadyload.layouts.benchmark.tables import SCREENED
 from steadyload.methods.contract.method import Status
 from steadyload.methods.simulation.step_answers import StepAnswer
 
@@ -108,6 +112,33 @@ def test_an_answer_that_something_moves_too_far_is_not_kept(stack):
     assert asks.known(1, "fails", [FAILS, FAILS]) is None
     asks.note(0, [FAILS, answer(1.5)], CALM)
     assert asks.known(0, "fails", [FAILS, answer(9.0)]) == CALM
+
+
+def test_a_row_has_the_columns_of_its_table_and_lists_every_step(stack):
+    row = screened_row("S1", stack(0.0, 0.0))
+    assert row.keys() == set(SCREENED.names)
+    listed = [name for name, value in row.items() if isinstance(value, list)]
+    assert len(listed) == 9
+    assert {len(row[name]) for name in listed} == {2}
+    assert row["second"] is None
+
+
+def test_steps_are_counted_by_the_reason_for_which_the_reference_was_asked():
+    nan = np.nan
+    rows = pd.DataFrame({
+        "screen": [[0.1, 2.0, 0.7], [3.0, 0.2]], "reference": [[nan, 1.5, 0.6], [0.4, 0.1]],
+        "why": [["", "fails", "near"], ["fails", "drawn"]],
+    })  # fmt: skip
+    found = screened_steps(rows)
+    assert (found.cases, found.steps) == (2, 5)
+    counts = {
+        reason: (r.steps, r.screen, r.reference, r.differ)
+        for reason in REASONS if (r := found.of(reason))
+    }  # fmt: skip
+    assert counts == {"fails": (2, 2, 1, 1), "near": (1, 0, 0, 0), "drawn": (1, 0, 0, 0)}
+    assert found.of("fails").share.value == 0.5
+    assert found.of("differ") is None
+    assert screened_steps(rows.iloc[:0]).steps == 0
 
 
 def apart(layout, place, number):
