@@ -333,13 +333,17 @@ def named(text):
 
 def named_in(node):
     """Names of methods and engines that a node asks for: in a comparison, or as an ending."""
+    ends = isinstance(node, ast.Call) and getattr(node.func, "attr", "") in (
+        "startswith",
+        "endswith",
+    )
+    if not ends and not isinstance(node, ast.Compare):
+        return set()
     values = {n.value for n in ast.walk(node) if isinstance(n, ast.Constant)}
     texts = {value for value in values if isinstance(value, str)}
-    if isinstance(node, ast.Compare):
-        return {text for text in texts if named(text) in NAMES}
-    if isinstance(node, ast.Call) and getattr(node.func, "attr", "") in ("startswith", "endswith"):
+    if ends:
         return {text for text in texts if named(text).strip("_-") in STARTS}
-    return set()
+    return {text for text in texts if named(text) in NAMES}
 
 
 def lists(node):
