@@ -48,7 +48,7 @@ study: $(JUDGING) $(LINKS) ## run the embedded study and write its report
 	@$(BIN)/steadyload study run embedded --output runs/embedded
 	@$(BIN)/steadyload study report runs/embedded
 
-test: $(READY) ## run the tests of every module (25 minutes on two cores, once compiled); PERTURB=SEED moves starts by rounding
+test: $(READY) ## run the tests of every module (minutes on two cores, once compiled); PERTURB=SEED moves starts by rounding
 	@$(BIN)/steadyload warm-up
 	$(TEST) -m 'not deep' $(if $(PERTURB),--perturb $(PERTURB))
 
