@@ -13,8 +13,7 @@ INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 CLONE := $(INSTALL) --no-deps --no-build-isolation --editable .
 COMPILE := $(BIN)/uv pip compile --generate-hashes --quiet --python-platform x86_64-manylinux_2_36 \
 	--no-annotate --custom-compile-command 'make lock'
-# Both processes of a run keep whole files: what several tests of a file read is made once. Files
-# come in the order of tests/conftest.py, long ones first, not by how many tests they have.
+# Both processes of a run keep whole files: what several tests of a file read is made once.
 TEST := $(BIN)/python -m pytest -n 2 --dist loadfile
 
 # Tests start many processes, each of which would compile all sources anew.

@@ -100,6 +100,10 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
             if name in _DEEP.get(place, {}):
                 config.deep.add((place, name))  # type: ignore[attr-defined]
                 item.add_marker(pytest.mark.deep(_DEEP[place][name]))
+        for mark in item.iter_markers():
+            has_a_reason = len(mark.args) == 1 and isinstance(mark.args[0], str)
+            if mark.name in ("deep", "exact") and not has_a_reason:
+                raise pytest.UsageError(f"{item.nodeid}: {mark.name} takes one reason")
     if config.option.share is not None:
         shared = [(item, _is_in(item.nodeid, config.option.share)) for item in items]
         items[:] = [item for item, is_in in shared if is_in]

@@ -88,3 +88,12 @@ def test_cases(n): pass
     assert [report.nodeid for report in ran] == [
         "test_some.py::test_slower", "test_some.py::test_cases[1]",
     ]  # fmt: skip
+
+
+def test_a_deep_test_without_a_reason_is_refused(pytester):
+    for name in ("conftest.py", "allowed_skips.toml", "deep.toml"):
+        shutil.copy(TESTS / name, pytester.path)
+    file = pytester.makepyfile("import pytest\n@pytest.mark.deep\ndef test_it(): pass\n")
+    result = pytester.runpytest_inprocess(file)
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines(["*::test_it: deep takes one reason"])

@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 from steadyload.labelling.screened import REASONS, screened_steps
-from steadyload.labelling.screened_loading import SAME, SAME_BY_TWO, ByOne, ByTwo
+from steadyload.labelling.screened_loading import SAME, ByOne, ByTwo
 from steadyload.labelling.screening import screened_row
 from steadyload.layouts.benchmark.tables import SCREENED
 from steadyload.methods.contract.method import Status
@@ -76,27 +76,6 @@ def test_two_screens_ask_where_they_disagree_or_something_fails(stack, one, othe
 
 
 @pytest.mark.parametrize(
-    ("now", "fresh_is_near", "is_known"),
-    [
-        (0.9, False, True), (0.9 + 0.9 * SAME_BY_TWO, False, True),
-        (0.9 + 1.1 * SAME_BY_TWO, False, False), (0.9, True, False),
-    ],
-)  # fmt: skip
-def test_an_answer_holds_while_screens_see_the_same_and_nothing_new_comes_near(
-    stack, now, fresh_is_near, is_known
-):
-    """The reference answers about the box at the bottom after two steps, and is asked at four."""
-    layout = stack(0, 0) if fresh_is_near else stack(0)
-    far = [(80.0, 0.0, 0.0), (80.0, 10.0, 0.0)]
-    items = [*layout.items, *(apart(layout, place, n) for n, place in enumerate(far))]
-    asks = ByTwo(NEVER, type(layout)("plan", layout.pallet, tuple(numbered(items))))
-    asks.note(0, [answer(0.9), answer(0.9)], told := answer(0.3))
-    found = asks.known(len(items) - 1, "near", [answer(now), answer(now)])
-    assert found == (told if is_known else None)
-    assert asks.known(len(items) - 1, "drawn", [answer(now), answer(now)]) is None
-
-
-@pytest.mark.parametrize(
     ("item", "asked_at", "is_known"), [(0, 1, True), (0, 2, False), (1, 2, False)]
 )
 def test_what_rests_on_a_box_by_way_of_others_changes_how_it_moves(stack, item, asked_at, is_known):
@@ -139,14 +118,3 @@ def test_steps_are_counted_by_the_reason_for_which_the_reference_was_asked():
     assert found.of("fails").share.value == 0.5
     assert found.of("differ") is None
     assert screened_steps(rows.iloc[:0]).steps == 0
-
-
-def apart(layout, place, number):
-    """A box like the first one at another place."""
-    first = layout.items[0]
-    return type(first)(number, place, first.size, first.weight)
-
-
-def numbered(items):
-    """The same items, in this order of loading."""
-    return [type(e)(step, e.position, e.size, e.weight) for step, e in enumerate(items)]
