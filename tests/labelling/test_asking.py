@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 from steadyload.labelling.screened import REASONS, screened_steps
-from steadyload.labelling.screened_loading import SAME, ByOne, ByTwo
+from steadyload.labelling.screened_loading import SAME, SAME_BY_TWO, ByOne, ByTwo
 from steadyload.labelling.screening import screened_row
 from steadyload.layouts.benchmark.tables import SCREENED
 from steadyload.methods.contract.method import Status
@@ -73,6 +73,15 @@ def test_two_screens_ask_where_they_disagree_or_something_fails(stack, one, othe
     assert asks.agree([one, other], standing) == (why in ("", "near", "fails"))
     drawn = ByTwo(ALWAYS, stack(0, 0, 0, 0)).why(0, [one, other], standing)
     assert drawn == (why or "drawn")
+
+
+@pytest.mark.parametrize(("by", "is_known"), [(0.0, True), (0.9, True), (1.1, False)])
+def test_screens_that_see_nearly_as_much_see_the_same(stack, by, is_known):
+    asks = ByTwo(NEVER, stack(0))
+    asks.note(0, [answer(0.9)] * 2, told := answer(0.3))
+    now = [answer(0.9 + by * SAME_BY_TWO)] * 2
+    assert asks.known(0, "near", now) == (told if is_known else None)
+    assert asks.known(0, "drawn", now) is None
 
 
 @pytest.mark.parametrize(
