@@ -13,9 +13,8 @@ INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 CLONE := $(INSTALL) --no-deps --no-build-isolation --editable .
 COMPILE := $(BIN)/uv pip compile --generate-hashes --quiet --python-platform x86_64-manylinux_2_36 \
 	--no-annotate --custom-compile-command 'make lock'
-# Both processes of a run keep whole files: what several tests of a file read is made once. Files
-# come in the order of tests/conftest.py, long ones first, not by how many tests they have.
-TEST := $(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
+# Both processes of a run keep whole files: what several tests of a file read is made once.
+TEST := $(BIN)/python -m pytest -n 2 --dist loadfile
 
 # Tests start many processes, each of which would compile all sources anew.
 unexport PYTHONDONTWRITEBYTECODE
@@ -51,7 +50,7 @@ study: $(JUDGING) $(LINKS) build ## run the embedded study and write its report
 	@$(BIN)/steadyload study run embedded --output runs/embedded
 	@$(BIN)/steadyload study report runs/embedded
 
-test: $(READY) ## run the tests of every module (25 minutes on two cores, once compiled); PERTURB=SEED moves starts by rounding
+test: $(READY) ## run the tests of every module (minutes on two cores, once compiled); PERTURB=SEED moves starts by rounding
 	@$(BIN)/steadyload warm-up
 	$(TEST) -m 'not deep' $(if $(PERTURB),--perturb $(PERTURB))
 

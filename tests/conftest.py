@@ -15,7 +15,7 @@ import tomllib
 from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 from xml.etree import ElementTree
@@ -46,41 +46,8 @@ PALLETS = Path(__file__).resolve().parents[2] / "shared" / "data" / "pallets" / 
 _JUDGES = Path(__file__).parent / "outside" / "outside_judges.py"
 _ALLOWED_SKIPS = Path(__file__).parent / "allowed_skips.toml"
 _PERTURBING = Path(__file__).parent / "perturbing"
-_LONG_FILES = (
-    "golden/test_verdicts.py",
-    "runs/test_executors.py",
-    "runs/test_cluster.py",
-    "properties/test_all_methods.py",
-    "methods/test_scene.py",
-    "studies/test_extremes.py",
-    "methods/test_recording.py",
-    "cli/test_cli.py",
-    "learners/test_learner_data.py",
-    "conformance/test_engines.py",
-    "studies/test_speed.py",
-    "conformance/test_fresh_processes.py",
-    "tests/test_packaging.py",
-    "studies/test_learned_study.py",
-    "tuning/test_tuning_search.py",
-    "properties/test_planted_bugs.py",
-    "learners/test_learner_training.py",
-    "cli/test_tuning_cli.py",
-    "runs/test_accuracy.py",
-    "methods/test_session.py",
-    "layouts/test_plain_yaml.py",
-    "studies/test_evaluation.py",
-    "layouts/test_planar_set.py",
-    "learners/test_learner_judges.py",
-    "layouts/test_shipped_sets.py",
-    "labelling/test_labelling.py",
-    "studies/test_tuning_page.py",
-    "studies/test_property_study.py",
-    "physics/test_reference.py",
-)
-"""Files of eight seconds and more, about in the order of their CPU time.
-
-They come first, so that no process has a long one left when the other has none.
-"""
+_DEEP = tomllib.loads((Path(__file__).parent / "deep.toml").read_text())
+"""Tests that take long, by file or folder: each, or a case of it, or ``all`` of them, and why."""
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -125,11 +92,18 @@ def pytest_runtest_protocol(item: pytest.Item) -> Iterator[None]:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Keep what is deep and why, before tests are chosen by their marks; put long files first."""
-    items.sort(key=lambda item: _turn(item.path))
+    """Mark what takes long, before tests are chosen by their marks."""
     config.files = {item.path for item in items}  # type: ignore[attr-defined]
-    config.deep = _reasons(items, "deep")  # type: ignore[attr-defined]
-    config.exact = _reasons(items, "exact")  # type: ignore[attr-defined]
+    config.deep = set()  # type: ignore[attr-defined]
+    for item in items:
+        for place, name in _names(item):
+            if name in _DEEP.get(place, {}):
+                config.deep.add((place, name))  # type: ignore[attr-defined]
+                item.add_marker(pytest.mark.deep(_DEEP[place][name]))
+        for mark in item.iter_markers():
+            has_a_reason = len(mark.args) == 1 and isinstance(mark.args[0], str)
+            if mark.name in ("deep", "exact") and not has_a_reason:
+                raise pytest.UsageError(f"{item.nodeid}: {mark.name} takes one reason")
     if config.option.share is not None:
         shared = [(item, _is_in(item.nodeid, config.option.share)) for item in items]
         items[:] = [item for item, is_in in shared if is_in]
@@ -147,27 +121,19 @@ def _is_in(test: str, share: str) -> bool:
     return crc32(test.encode()) % of == number - 1
 
 
-def _reasons(items: list[pytest.Item], name: str) -> dict[str, str]:
-    """What bears a mark, and why: a file, a test, or a single case of one."""
-    found = {}
-    for item in items:
-        of_the_function = getattr(getattr(item, "function", None), "pytestmark", [])
-        of_the_file = getattr(getattr(item, "module", None), "pytestmark", [])
-        for mark in item.iter_markers(name):
-            if len(mark.args) != 1 or not isinstance(mark.args[0], str):
-                raise pytest.UsageError(f"{item.nodeid}: {name} takes one reason")
-            if mark in (of_the_file if isinstance(of_the_file, list) else [of_the_file]):
-                bearer = item.nodeid.partition("::")[0]
-            else:
-                bearer = item.nodeid.partition("[")[0] if mark in of_the_function else item.nodeid
-            found[bearer] = mark.args[0]
-    return found
+def _names(item: pytest.Item) -> Iterator[tuple[str, str]]:
+    """What names a test in ``deep.toml``: a file or folder, and a name there."""
+    file, *folders = _places(item.path)
+    test = item.nodeid.partition("::")[2]
+    yield from ((file, test), (file, test.partition("[")[0]), (file, "all"))
+    yield from ((folder, "all") for folder in folders)
 
 
-def _turn(file: Path) -> int:
-    """The place of a file in the run; those of the same place stay in order."""
-    name = f"{file.parent.name}/{file.name}"
-    return _LONG_FILES.index(name) if name in _LONG_FILES else len(_LONG_FILES)
+@cache
+def _places(path: Path) -> list[str]:
+    """A file and the folders that it is in, below this one."""
+    file = Path(os.path.relpath(path, Path(__file__).parent))
+    return [each.as_posix() for each in (file, *file.parents)]
 
 
 def pytest_sessionfinish(session: pytest.Session) -> None:

@@ -2,6 +2,7 @@
 
 import ast
 import re
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -136,7 +137,7 @@ def modules(root=ROOT):
 
 def imports(path, known):
     """What of ours a file imports, wherever it does so, as module names below ``steadyload``."""
-    for node in ast.walk(ast.parse(path.read_text())):
+    for node in nodes(path.read_text()):
         if isinstance(node, ast.Import):
             names = [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
@@ -154,6 +155,12 @@ def imports(path, known):
 def floor(name):
     """The package of a module; layouts stand between kernels and the rest of statics."""
     return KERNELS if f"{name}.".startswith(f"{KERNELS}.") else name.partition(".")[0]
+
+
+@cache
+def nodes(source):
+    """All nodes of the syntax tree of a module."""
+    return tuple(ast.walk(ast.parse(source)))
 
 
 def faults(root):
@@ -272,7 +279,7 @@ def test_modules_of_a_higher_floor_are_named_in_registries_only():
     known = modules()
     found = set()
     for name, path in known.items():
-        for node in ast.walk(ast.parse(path.read_text())):
+        for node in nodes(path.read_text()):
             if not (isinstance(node, ast.Constant) and isinstance(node.value, str)):
                 continue
             target, colon, _ = node.value.removeprefix("steadyload.").partition(":")
@@ -286,7 +293,7 @@ def test_modules_of_a_higher_floor_are_named_in_registries_only():
 
 def taken_of(module, path):
     """Names that a file imports from a module of ours."""
-    for node in ast.walk(ast.parse(path.read_text())):
+    for node in nodes(path.read_text()):
         if isinstance(node, ast.ImportFrom) and node.module == f"steadyload.{module}":
             yield from (alias.name for alias in node.names)
 
@@ -328,13 +335,17 @@ def named(text):
 
 def named_in(node):
     """Names of methods and engines that a node asks for: in a comparison, or as an ending."""
+    ends = isinstance(node, ast.Call) and getattr(node.func, "attr", "") in (
+        "startswith",
+        "endswith",
+    )
+    if not ends and not isinstance(node, ast.Compare):
+        return set()
     values = {n.value for n in ast.walk(node) if isinstance(n, ast.Constant)}
     texts = {value for value in values if isinstance(value, str)}
-    if isinstance(node, ast.Compare):
-        return {text for text in texts if named(text) in NAMES}
-    if isinstance(node, ast.Call) and getattr(node.func, "attr", "") in ("startswith", "endswith"):
+    if ends:
         return {text for text in texts if named(text).strip("_-") in STARTS}
-    return set()
+    return {text for text in texts if named(text) in NAMES}
 
 
 def lists(node):
@@ -346,7 +357,7 @@ def lists(node):
 
 def test_methods_and_engines_are_named_in_no_condition():
     for path in modules().values():
-        for node in ast.walk(ast.parse(path.read_text())):
+        for node in nodes(path.read_text()):
             assert not named_in(node), f"{path}:{node.lineno}"
 
 
@@ -355,7 +366,7 @@ def test_methods_and_engines_are_listed_in_registries():
         name
         for name, path in modules().items()
         if floor(name) != "studies"
-        and any(len(lists(node)) > 1 for node in ast.walk(ast.parse(path.read_text())))
+        and any(len(lists(node)) > 1 for node in nodes(path.read_text()))
     }
     assert listing == {*NAMING}
 
@@ -416,7 +427,7 @@ OPENING_OF = {
 
 def openings(path):
     """Calls that open a file which is none of the package."""
-    for node in ast.walk(ast.parse(path.read_text())):
+    for node in nodes(path.read_text()):
         if isinstance(node, ast.Call):
             call = ast.unparse(node)
             name = getattr(node.func, "attr", getattr(node.func, "id", ""))
@@ -450,7 +461,7 @@ def test_a_file_that_is_read_otherwise_is_found(tmp_path):
 
 def without_encoding(path):
     """Lines of a file that read or write text in whatever encoding the machine has."""
-    for node in ast.walk(ast.parse(path.read_text())):
+    for node in nodes(path.read_text()):
         if not isinstance(node, ast.Call):
             continue
         name = getattr(node.func, "attr", getattr(node.func, "id", ""))

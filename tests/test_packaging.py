@@ -85,7 +85,6 @@ A18,120,160,80,1,25,30,0,40,30,40,9
 """
 
 
-@pytest.mark.deep("compiles everything in an environment of its own: three minutes")
 def test_the_wheel_answers_in_an_empty_environment_and_compiles_once(wheel, tmp_path):
     """The package and its command are the wheel's alone, installed by pip; what it depends on is
     not installed anew, which would take a network, but found where this process finds it.

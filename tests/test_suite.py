@@ -1,38 +1,23 @@
-"""What is said of the suite itself: deep tests are listed, and skips need an allowed reason."""
+"""What is said of the suite itself: deep tests exist, and skips need an allowed reason."""
 
-import re
 import shutil
+import tomllib
 from pathlib import Path
 
 import pytest
 
 TESTS = Path(__file__).parent
-PAGE = TESTS.parent / "docs" / "testing.md"
 
 
-def test_the_page_lists_deep_tests_with_their_reasons(request):
-    """Both ways, where all tests were collected; one sentence there covers optional engines."""
-    page = PAGE.read_text().partition("## Deep tests")[2]
-    rows = re.findall(r"^\| `(tests/[^`]+::[^`]+)` \| (.+?) \|$", page, re.MULTILINE)
-    deep = {
-        test: reason
-        for test, reason in request.config.deep.items()
-        if not reason.startswith(("needs the extra ", "needs the package "))
+def test_what_is_listed_as_deep_is_a_test_and_has_a_reason(request):
+    listed = {
+        (place, name): why
+        for place, names in tomllib.loads((TESTS / "deep.toml").read_text()).items()
+        for name, why in names.items()
     }
-    listed = dict(rows)
-    assert {test: listed.get(test) for test in deep} == deep
+    assert all(isinstance(why, str) and why for why in listed.values())
     if request.config.files == set(TESTS.rglob("test_*.py")):
-        assert listed == deep
-
-
-def test_the_page_lists_what_holds_to_the_last_bit_with_its_reasons(request):
-    """Both ways, where all tests were collected; cases of a test are listed as one."""
-    page = PAGE.read_text().partition("## Moved starts")[2].partition("\n## ")[0]
-    listed = dict(re.findall(r"^\| `(tests/[^`]+)` \| (.+?) \|$", page, re.MULTILINE))
-    exact = {test.partition("[")[0]: reason for test, reason in request.config.exact.items()}
-    assert {test: listed.get(test) for test in exact} == exact
-    if request.config.files == set(TESTS.rglob("test_*.py")):
-        assert listed == exact
+        assert listed.keys() == request.config.deep
 
 
 SKIPPING = """
@@ -58,7 +43,7 @@ def test_other():
 def test_a_strict_run_fails_by_a_skip_without_an_allowed_reason(
     pytester, chosen, options, code, said
 ):
-    for name in ("conftest.py", "allowed_skips.toml"):
+    for name in ("conftest.py", "allowed_skips.toml", "deep.toml"):
         shutil.copy(TESTS / name, pytester.path)
     file = pytester.makepyfile(SKIPPING)
     result = pytester.runpytest_inprocess(f"{file}{chosen}", *options)
@@ -67,7 +52,7 @@ def test_a_strict_run_fails_by_a_skip_without_an_allowed_reason(
 
 
 def test_shares_of_the_tests_are_apart_and_all_of_them(pytester):
-    for name in ("conftest.py", "allowed_skips.toml"):
+    for name in ("conftest.py", "allowed_skips.toml", "deep.toml"):
         shutil.copy(TESTS / name, pytester.path)
     names = [f"test_{k}" for k in range(12)]
     pytester.makepyfile(**{name: f"def test_it():\n    assert {name!r}" for name in names})
@@ -82,8 +67,31 @@ def test_shares_of_the_tests_are_apart_and_all_of_them(pytester):
     refused.stderr.fnmatch_lines(["*--share is '4/3'; allowed: K/N, K from 1 to N*"])
 
 
+def test_a_test_a_case_a_file_and_a_folder_can_be_deep(pytester):
+    shutil.copy(TESTS / "conftest.py", pytester.path)
+    (pytester.path / "allowed_skips.toml").write_text("reasons = []")
+    (pytester.path / "deep.toml").write_text(
+        """["test_some.py"]\ntest_slow = "long"\n"test_cases[2]" = "long"\n"""
+        """["test_all.py"]\nall = "long"\n["folder"]\nall = "long"\n"""
+    )
+    file = """
+import pytest
+def test_slow(): pass
+def test_slower(): pass
+@pytest.mark.parametrize("n", [1, 2])
+def test_cases(n): pass
+"""
+    (pytester.path / "folder").mkdir()
+    for name in ("test_some.py", "test_all.py", "folder/test_deeper.py"):
+        (pytester.path / name).write_text(file)
+    ran, _, _ = pytester.inline_run("-m", "not deep").listoutcomes()
+    assert [report.nodeid for report in ran] == [
+        "test_some.py::test_slower", "test_some.py::test_cases[1]",
+    ]  # fmt: skip
+
+
 def test_a_deep_test_without_a_reason_is_refused(pytester):
-    for name in ("conftest.py", "allowed_skips.toml"):
+    for name in ("conftest.py", "allowed_skips.toml", "deep.toml"):
         shutil.copy(TESTS / name, pytester.path)
     file = pytester.makepyfile("import pytest\n@pytest.mark.deep\ndef test_it(): pass\n")
     result = pytester.runpytest_inprocess(file)

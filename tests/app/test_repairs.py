@@ -175,7 +175,7 @@ def test_a_plan_for_which_there_is_nothing_says_why_in_a_sentence():
          sl.Item(3, (70, 38, 30), (10, 30, 10), 2.0, (4.9, 0, 4.9), "FLOATS")),
     )  # fmt: skip
     for plan, kinds, box in ((LEANS, ["order"], "B"), (hopeless, ["order", "turn"], "TALL")):
-        found = repair(plan, kinds)
+        found = repair(plan, kinds, seconds=1.0)
         assert (found.outcome, found.stands) == (Outcome.NOT_REPAIRED, False)
         assert found.layout is plan
         assert (found.changes, found.left_out) == ((), ())
@@ -210,7 +210,7 @@ def test_a_plan_of_which_every_box_would_be_left_out_is_not_repaired(count, kind
         sl.Item(n, (-9, 0, 40 * n), (10, 30, 40), 12.0, name="AB"[n]) for n in range(count)
     )
     plan = sl.Layout("plan", PALLET, over)
-    found = repair(plan, kinds)
+    found = repair(plan, kinds, seconds=1.0)
     others = ", nor has 1 other" * (count - 1)
     assert (found.outcome, found.layout, found.left_out) == (Outcome.NOT_REPAIRED, plan, ())
     assert found.reason == (

@@ -186,6 +186,16 @@ def test_a_wrong_word_is_one_sentence_that_names_the_nearest(words, message, cap
     assert not told.out
 
 
+@pytest.mark.parametrize("old", [
+    "report", "table5", "sensitivity", "real", "cascade page", "compare-presets", "tuned",
+    "learned", "replicate", "uncertain", "session", "bench", "compare-engines", "precision",
+    "scope", "verify closed-forms", "verify convergence", "extremes", "properties",
+    "benchmark page", "compare-limits", "packers", "study measure",
+])  # fmt: skip
+def test_no_word_that_earlier_versions_had_is_lost(old):
+    assert old in RENAMED
+
+
 @pytest.mark.parametrize(("old", "new"), RENAMED.items())
 def test_an_earlier_name_is_taken_with_one_line(old, new, capsys):
     assert main([*old.split(), "--help"]) == 0

@@ -72,7 +72,6 @@ def test_training_goes_on_from_weights_on_other_data(tmp_path, capsys):
     assert load_weights(first / "weights").manifest["data"][0]["label"] == "sme"
 
 
-@pytest.mark.deep("a search of hyperparameters and a training: 4 s")
 def test_a_search_comes_before_the_training(tmp_path, capsys):
     command = ["train", "--option", "epochs=1", "--limit", "10", "--search", "1"]
     assert main([*command, "-o", str(tmp_path)]) == 0
@@ -150,7 +149,6 @@ def test_what_learnt_from_held_out_lists_is_not_shipped(tmp_path):
     assert manifest["started_from"]["command"].endswith("--leaky")
 
 
-@pytest.mark.deep("two trainings: 5 s")
 def test_what_uncommitted_code_began_is_not_shipped_as_if_it_were_committed(tmp_path, monkeypatch):
     """A run that goes on, or finds all done, says what code began."""
     from steadyload.learners import jobs

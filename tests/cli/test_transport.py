@@ -1,6 +1,7 @@
 """``steadyload transport``, from files to records and exit statuses."""
 
 import json
+from contextlib import nullcontext
 from dataclasses import replace
 
 import pytest
@@ -101,3 +102,13 @@ def test_a_load_that_is_not_valid_is_named_and_the_others_are_judged(tmp_path, f
     told = capsys.readouterr()
     assert "flat" in told.err
     assert [one["layout"] for one in json.loads(told.out)] == ["tall"]
+
+
+def test_progress_counts_loads(file, capsys, monkeypatch):
+    told = []
+    monkeypatch.setattr(
+        "steadyload.cli.transport.progress_bar",
+        lambda label: nullcontext(lambda *at: told.append(at)),
+    )
+    records(capsys, file, "--directions", 1)
+    assert told == [(1, 2), (2, 2)]

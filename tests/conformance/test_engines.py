@@ -68,7 +68,6 @@ def test_conformance(any_engine, name):
     answer(any_engine, name)
 
 
-@pytest.mark.deep("ten thousand worlds of every engine: some 40 s")
 def test_many_worlds_leave_no_memory(any_engine):
     answer(any_engine, MEMORY)
 

@@ -3,8 +3,6 @@
 import sys
 from pathlib import Path
 
-import pytest
-
 sys.path.insert(0, str(Path(__file__).parent))
 
 import fuzz
@@ -38,7 +36,6 @@ HARM = {
 }
 
 
-@pytest.mark.deep("five planted readers, each of which costs a process: 10 s")
 def test_what_harms_is_found_and_kept(tmp_path):
     summary = fuzz.fuzz(5, seed=SEED, names=tuple(HARM), kept=tmp_path)
     assert {name for name, *_ in summary.findings} == set(HARM)

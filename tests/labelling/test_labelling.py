@@ -181,7 +181,6 @@ def test_an_interrupted_run_goes_on(folder, monkeypatch):
     pd.testing.assert_frame_equal(first.cases, again.cases)
 
 
-@pytest.mark.deep("two workers killed one after the other: 9 s")
 def test_killed_workers_change_no_label(folder, labelled, monkeypatch):
     monkeypatch.setattr(labelling, "_SHARD", 4)
     killed = set()
@@ -197,7 +196,6 @@ def test_killed_workers_change_no_label(folder, labelled, monkeypatch):
     pd.testing.assert_frame_equal(disturbed.cases, labelled.cases)
 
 
-@pytest.mark.deep("labels made three times: 5 s")
 def test_sizes_of_splits_are_those_asked_for_then_those_of_the_manifest(folder):
     asked = SplitSizes(test=2, validation=2, test_lists=1, validation_lists=1)
     for sizes, expected in ((None, SIZES), (asked, asked), (None, asked)):
@@ -231,7 +229,6 @@ def test_a_case_beyond_its_hard_limit_has_no_label(tmp_path, monkeypatch):
     assert pd.isna(found.failing_step)
 
 
-@pytest.mark.deep("waits for a hard limit: 4 s")
 @pytest.mark.usefixtures("outside")
 def test_a_further_method_that_hangs_ends_no_labelling(tmp_path, monkeypatch):
     monkeypatch.setattr(labelling, "CASE_SECONDS", 3.0)

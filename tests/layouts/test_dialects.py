@@ -463,7 +463,6 @@ def test_text_of_another_encoding_is_refused_at_its_byte(tmp_path):
             read_layouts(path)
 
 
-@pytest.mark.deep("a file of 200,000 rows: 3 s")
 def test_a_file_is_held_once_in_memory(tmp_path):
     row = b"L%d,80,200,120,0," + b"S" * 900 + b",0,0,0,1,1,1,1,0,0,0\n"
     path = tmp_path / "a.csv"

@@ -128,7 +128,6 @@ def test_a_tab_between_columns_is_escaped_in_a_message(tmp_path):
     assert str(caught.value).isprintable()
 
 
-@pytest.mark.deep("16,000 layouts are judged, in two processes: 4 s")
 def test_memory_does_not_grow_with_the_layouts_that_are_judged(tmp_path, ended):
     header, row = as_csv(
         [Layout("A", Pallet(120, 160, 80), (Item(0, (0, 0, 0), (9, 9, 9), 1),))]

@@ -105,6 +105,8 @@ def test_containers_take_the_lowest_numbers_first_and_half_of_the_copies(inputs)
     assert list(container_files(inputs.containers)) == ["B-1", "A-2", "A-10"]
     lists = container_lists(inputs.containers, 2, 3)
     assert [each.name for each in lists] == ["B-1", "A-2"]
+    assert [each.name for each in container_lists(inputs.containers, 3, 3)][2:] == ["A-10"]
+    assert [each.name for each in container_lists(inputs.containers, 1, 3, skip=2)] == ["A-10"]
     for each in lists:
         assert (each.bin, each.units) == (CONTAINER, "cm")
         assert [(t.sides, t.copies) for t in each.types] == [

@@ -180,7 +180,6 @@ def test_it_has_the_papers_size():
     assert sum(file.stat().st_size for file in SHIPPED.glob("*.parquet")) < 10e6
 
 
-@pytest.mark.deep("hashes of 28,551 layouts: 6 s")
 def test_every_layout_is_distinct():
     benchmark = load_benchmark()
     cases = benchmark.cases
@@ -232,9 +231,7 @@ def test_every_case_is_planar_and_every_geometry_there_once():
     assert sum(file.stat().st_size for file in SETS[PLANAR].iterdir()) < 500e3
 
 
-@pytest.mark.parametrize(
-    "engine", ["chipmunk", pytest.param("mujoco", marks=pytest.mark.deep("walls in space: 7 s"))]
-)
+@pytest.mark.parametrize("engine", ["chipmunk", "mujoco"])
 def test_engines_in_the_plane_and_in_space_agree_with_the_labels(engine):
     """Of the whole validation split Chipmunk names 98.3 % of the labels, MuJoCo 98.1 %."""
     benchmark, method = load_benchmark(PLANAR), make_method(f"label@{engine}:frequency=480")

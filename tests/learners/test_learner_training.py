@@ -131,7 +131,6 @@ def test_an_interrupted_training_goes_on_to_the_same_weights(tmp_path, whole, da
     goes_on_to(whole, tmp_path, data, stopping)
 
 
-@pytest.mark.deep("a training in a process of its own, killed: 8 s")
 def test_a_killed_training_goes_on_to_the_same_weights(tmp_path, whole, data, stopping):
     child = subprocess.Popen(
         [sys.executable, "-c", CHILD, str(tmp_path / "killed")],

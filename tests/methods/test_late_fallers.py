@@ -52,7 +52,6 @@ def test_a_large_load_fails_where_moments_say(spec, turns, boxes, build, fall, a
     assert failing_step(spec, planted) == planted.failing_step
 
 
-@pytest.mark.deep("288 loads of 91 to 122 boxes: 60 s")
 @pytest.mark.parametrize("spec", METHODS)
 @pytest.mark.parametrize("boxes", [91, 104, 122])
 @pytest.mark.parametrize("build", Build)

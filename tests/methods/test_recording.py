@@ -22,7 +22,7 @@ SPECS = [
     "label@mujoco:frequency=77,samples=7",
     "label@mujoco:scope=local",
     "label@mujoco:scope=widening,rest_speed=0.02",
-    pytest.param("label@dart", marks=pytest.mark.deep("records by DART: 8 s")),
+    "label@dart",
 ]
 
 

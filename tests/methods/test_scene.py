@@ -15,7 +15,7 @@ PALLET = Pallet(100.0, 100.0, 100.0)
 SPATIAL = [e for e in engine_names() if world_class(e).capabilities.dimensions == 3]
 SLOW_LAST = [
     *(e for e in SPATIAL if e != "reference"),
-    pytest.param("reference", marks=pytest.mark.deep("whole piles by the reference: 8 s")),
+    "reference",
 ]
 PLANAR = [e for e in engine_names() if world_class(e).capabilities.dimensions == 2]
 

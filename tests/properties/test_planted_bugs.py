@@ -75,7 +75,6 @@ def test_a_planted_bug_is_caught(bug, name, monkeypatch):
     assert_caught(bug, name, monkeypatch)
 
 
-@pytest.mark.deep("the same bugs in other engines: 40 s")
 @pytest.mark.parametrize("name", [name for name in engine_names() if name not in OF_A_KIND])
 @pytest.mark.parametrize("bug", CAUGHT_BY)
 def test_a_planted_bug_is_caught_in_every_engine(bug, name, monkeypatch):
@@ -97,15 +96,7 @@ def assert_caught(bug, engine, monkeypatch):
     assert caught == list(CAUGHT_BY[bug])
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        pytest.param(name, marks=pytest.mark.deep("its layouts are judged twice: 8 s"))
-        if name == "mirror"
-        else name
-        for name in sorted({n for names in CAUGHT_BY.values() for n in names})
-    ],
-)
+@pytest.mark.parametrize("name", sorted({n for names in CAUGHT_BY.values() for n in names}))
 def test_the_engine_without_the_bug_passes(name):
     outcome = search(PROPERTIES[name], MethodUnderTest("label@mujoco"), examples=150, seed=1)
     assert outcome.counterexample is None

@@ -76,13 +76,11 @@ def test_no_plan_with_one_moved_box_is_missed(boxes, seed):
     assert_none_is_better(failing_plan(seed, boxes), 1, most_left=0)
 
 
-@pytest.mark.deep("every order of six boxes is tried")
 @pytest.mark.parametrize("seed", range(8))
 def test_no_plan_with_one_moved_box_of_six_is_missed(seed):
     assert_none_is_better(failing_plan(seed, 6), 1, most_left=0)
 
 
-@pytest.mark.deep("every pair of places of two boxes is tried")
 @pytest.mark.parametrize("seed", range(6))
 def test_no_plan_with_two_moved_boxes_is_missed(seed):
     assert_none_is_better(failing_plan(seed, 4), 2, most_left=1)

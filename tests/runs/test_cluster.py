@@ -95,7 +95,6 @@ def study_of(methods, generated, shard_size):
     )
 
 
-@pytest.mark.deep("real engines on two Dask workers, one killed: 10 s")
 def test_a_killed_worker_changes_no_table(cluster, tmp_path):
     """Real engines. When the first unit is done, a worker that is at another is killed for good:
     itself, its nanny, and what judges.
@@ -119,7 +118,6 @@ def test_a_killed_worker_changes_no_table(cluster, tmp_path):
     pd.testing.assert_frame_equal(verdicts(tmp_path / "run"), verdicts(tmp_path / "calm"))
 
 
-@pytest.mark.deep("as on processes of this machine, over Dask: 6 s")
 @pytest.mark.usefixtures("outside")
 def test_an_engine_that_ends_its_process_costs_the_row_that_it_costs_here(cluster, tmp_path):
     cluster.add("--no-nanny")
@@ -231,7 +229,6 @@ def test_a_scheduler_that_does_not_answer_is_named():
         Dask(scheduler="tcp://127.0.0.1:9", workers=2)
 
 
-@pytest.mark.deep("workers of Dask killed time and again: 6 s")
 @pytest.mark.usefixtures("outside")
 def test_a_unit_whose_dask_workers_die_is_left_out_unmarked(tmp_path, monkeypatch):
     """As when the memory of their machines runs out. Once the cause is gone it goes on."""
@@ -265,7 +262,6 @@ def test_an_exception_of_the_work_is_raised_here(cluster, tmp_path):
 
 
 @pytest.mark.usefixtures("outside")
-@pytest.mark.deep("waits until a Dask scheduler counts as lost: 12 s")
 def test_a_scheduler_that_is_lost_ends_the_run(cluster, tmp_path):
     """What is finished stays."""
     cluster.add("--no-nanny")
@@ -284,7 +280,6 @@ def test_a_scheduler_that_is_lost_ends_the_run(cluster, tmp_path):
     assert 0 < len(load_results(tmp_path / "run")) < 40
 
 
-@pytest.mark.deep("a Dask cluster of this machine, interrupted: 9 s")
 def test_an_interrupted_cluster_of_this_machine_leaves_nothing_and_can_be_resumed(
     begin_study, tmp_path
 ):

@@ -35,15 +35,7 @@ def judged(folder):
 
 
 @pytest.mark.usefixtures("outside")
-@pytest.mark.parametrize(
-    ("harm", "how"),
-    [
-        ("abort", "by SIGABRT"),
-        pytest.param(
-            "exit", "with exit status 3", marks=pytest.mark.deep("a second way to end: 6 s")
-        ),
-    ],
-)
+@pytest.mark.parametrize(("harm", "how"), [("abort", "by SIGABRT"), ("exit", "with exit status 3")])
 def test_an_engine_that_ends_its_process_costs_one_row(tmp_path, harm, how):
     study = study_of(f"harmful:harm={harm}", "fbs")
     assert run_study(study, tmp_path / "run", workers=2) == 12
@@ -109,7 +101,6 @@ def test_only_what_is_in_flight_is_judged_again(tmp_path):
     assert set(load_results(tmp_path / "run")["status"]) == {"done"}
 
 
-@pytest.mark.deep("three workers of real engines killed in turn: 11 s")
 def test_killed_workers_change_no_table(tmp_path):
     """Real engines. The oldest worker is killed when a unit is finished: it has begun another."""
     study = study_of("ps3@mujoco", "ps3@bullet", "sme", generated=12, shard_size=3)
@@ -128,7 +119,6 @@ def test_killed_workers_change_no_table(tmp_path):
     pd.testing.assert_frame_equal(verdicts(tmp_path / "killed"), verdicts(tmp_path / "calm"))
 
 
-@pytest.mark.deep("workers killed time and again: 10 s")
 @pytest.mark.usefixtures("outside")
 def test_a_layout_that_is_always_killed_ends_the_study_unmarked(tmp_path):
     """As when memory runs out. All else is finished, and once the cause is gone it goes on."""
@@ -163,7 +153,6 @@ def test_a_native_call_that_hangs_costs_one_row_of_status_timeout(tmp_path, monk
     assert not multiprocessing.active_children()
 
 
-@pytest.mark.deep("several parts that hang: 5 s")
 def test_a_hard_limit_is_one_of_every_part(outside):
     unit, quick = outside.Words((0.6, 0.6, 600, 0.6, 600)), outside.Words((0.0,))
     limit = PartLimit(1.0, outside.told_why)

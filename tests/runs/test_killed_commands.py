@@ -194,7 +194,6 @@ def test_a_study_that_is_ended_ends_at_once_and_resumes_to_the_same_table(
     assert names(run) == names(never_ended)
 
 
-@pytest.mark.deep("a study over two processes, killed at twenty moments: 70 s")
 def test_a_study_killed_twenty_times_ends_with_the_same_table(begin, tmp_path):
     """At seven moments of the first second and 13 of the three after it, by three signals."""
     methods = ("fbs", "sme", "equilibrium", "ps3@mujoco", "ps3@bullet")
@@ -259,7 +258,6 @@ COMMANDS = {
 """Commands that can be gone on with, and what they make, without clocks."""
 
 
-@pytest.mark.deep("four commands that go on, each killed by three signals: three minutes")
 @pytest.mark.parametrize("name", COMMANDS)
 def test_a_killed_command_goes_on_to_the_same_output(name, begin, tmp_path, unlabelled, labelled):
     words, made = COMMANDS[name]

@@ -112,7 +112,6 @@ def test_results_can_be_read_by_column_and_by_shard(tmp_path):
         next(each_shard(tmp_path))
 
 
-@pytest.mark.deep("processes of their own, on two Dask workers, too: 30 s")
 def test_what_a_study_needs_is_measured(tmp_path):
     lab = Lab(tmp_path / "work")
     found = measured([80], [2000, 1000], lab)

@@ -88,6 +88,16 @@ def test_intervals_follow_the_variance_of_the_stratified_mean():
     assert found.high - found.low < 0.4 * (plain.high - plain.low)
 
 
+@pytest.mark.parametrize("sizes", [(2,), (3, 5), (4, 2, 6)])
+def test_the_spread_of_a_sum_is_the_unbiased_variance_of_each_stratum(sizes):
+    found = np.random.default_rng(len(sizes)).normal(size=sum(sizes))
+    ends = np.cumsum(sizes)
+    strata = tuple(np.arange(end - size, end) for size, end in zip(sizes, ends, strict=True))
+    spread = Clusters(np.arange(len(found)), strata).squared_spread(found)
+    # Of independent draws: variances of sums add up, and that of n draws is n times that of one.
+    assert spread == pytest.approx(sum(len(own) * found[own].var(ddof=1) for own in strata))
+
+
 def test_a_share_covers_the_truth_and_is_narrower_where_classes_differ():
     random = np.random.default_rng(5)
     chances, lists, cases = np.array([0.95, 0.7, 0.45]), 12, 10

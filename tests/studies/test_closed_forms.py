@@ -227,7 +227,6 @@ def test_errors_are_compared_with_what_engines_resolve(tmp_path, assert_shown):
     )
 
 
-@pytest.mark.deep("all tests of an engine: 5 s")
 def test_the_study_measures_every_test(tmp_path):
     found = ClosedForms(engines=("chipmunk",)).run(Lab(tmp_path, 0))
     assert [row.test for row in found.overview] == list(TESTS)

@@ -170,7 +170,6 @@ def test_a_second_model_judges_for_the_question_within_alone(tmp_path):
     assert not (tmp_path / "work").exists()
 
 
-@pytest.mark.deep("the reference at its finest tolerances and by another integrator: 27 s")
 def test_labels_are_judged_once(tmp_path):
     asked, lab = Convergence(cases=1, sample=1), Lab(tmp_path, 0)
     found = asked.run(lab)

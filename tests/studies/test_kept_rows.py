@@ -170,7 +170,6 @@ def test_more_files_than_allowed_and_no_file_are_refused(entry, tmp_path, monkey
         unpack(entry, tmp_path / "rows")
 
 
-@pytest.mark.deep("reads all archives: 10 s")
 def test_kept_archives_hold_no_superseded_shards():
     """As the manifests in them list; they are what :func:`keep` packs of them."""
     for path in sorted((ROOT / published.ROWS).glob("*.tar.xz")):

@@ -349,7 +349,6 @@ Workshop(load_plan(Path(sys.argv[1])), Path(sys.argv[2])).make([Section.SIZE], w
 """
 
 
-@pytest.mark.deep("trains three members, killed after the first: 8 s")
 def test_a_killed_study_goes_on_to_the_same_weights(tmp_path, learned, workshop):
     file = tmp_path / "plan.toml"
     file.write_text(PLAN)

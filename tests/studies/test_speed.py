@@ -24,7 +24,6 @@ from steadyload.studies.engines.speed import (
 from steadyload.studies.kit import Lab
 
 
-@pytest.mark.deep("piles of up to 200 items: 7 s")
 def test_scenes_hold_as_many_items_as_asked():
     assert [len(random_pile(count)) for count in ITEM_COUNTS] == list(ITEM_COUNTS)
     assert random_pile(20).items == random_pile(50).first(20).items

@@ -244,7 +244,6 @@ def test_a_few_boxes_hold_what_rigid_block_equilibrium_says(name):
     assert np.abs(found).max() < TOLERANCE
 
 
-@pytest.mark.deep("linear programmes of 64 edges a cone for 14 loads: a minute")
 @pytest.mark.parametrize("sides", [Sides.FRICTIONLESS, Sides.FRICTION])
 @pytest.mark.parametrize("name", [*SIMPLE, *LABELLED])
 def test_limits_are_those_of_rigid_block_equilibrium(name, sides, loads):
@@ -252,7 +251,6 @@ def test_limits_are_those_of_rigid_block_equilibrium(name, sides, loads):
     assert np.abs(found).max() < TOLERANCE
 
 
-@pytest.mark.deep("bisections by another solver: 7 s")
 @pytest.mark.parametrize("name", [name for name in SIMPLE if name != "neighbour"])
 def test_along_axes_limits_are_those_of_rbe_solve(name):
     """As it is published; a box that turns beside a neighbour meets corners of octagons."""
@@ -264,7 +262,6 @@ def test_along_axes_limits_are_those_of_rbe_solve(name):
         assert found == pytest.approx(programme.limit(direction).limit_g, abs=TOLERANCE)
 
 
-@pytest.mark.deep("programmes that are not convex: half a minute")
 @pytest.mark.parametrize("name", SIMPLE)
 def test_just_below_the_limit_there_are_coupled_forces_and_just_above_none(name):
     """Where few boxes slide or tip the bound is what is held: ``cra_solve`` says the same.
@@ -281,7 +278,6 @@ def test_just_below_the_limit_there_are_coupled_forces_and_just_above_none(name)
         assert not turned.is_coupled(limit + TOLERANCE, direction, above)
 
 
-@pytest.mark.deep("programmes that are not convex: half a minute")
 @pytest.mark.parametrize("name", LABELLED)
 def test_no_coupled_forces_hold_a_load_above_its_limit(name, loads):
     """``cra_solve`` with octagons inside the cones; it may say less: it seeks, and may not find."""

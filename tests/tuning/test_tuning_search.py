@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,9 +17,9 @@ from steadyload.studies.tuning.searching import of_searches, searching
 from steadyload.tuning import TuningError, trial
 from steadyload.tuning.cases import CaseSource
 from steadyload.tuning.cost import CostModel
-from steadyload.tuning.ledger import Ledger
+from steadyload.tuning.ledger import GenerationEnd, Ledger
 from steadyload.tuning.options import SearchOptions
-from steadyload.tuning.proposers import ALGORITHMS
+from steadyload.tuning.proposers import ALGORITHMS, Genetic
 from steadyload.tuning.search import Search
 from steadyload.tuning.space import space_on
 from steadyload.tuning.trial import fitness
@@ -73,6 +74,15 @@ def verdicts(folder):
 
 
 # --- proposers ----------------------------------------------------------------------------------
+
+
+def test_a_genotype_that_is_two_per_cent_fitter_is_drawn_twenty_times_as_often():
+    wheel, proposer = [], object.__new__(Genetic)
+    proposer._line = SimpleNamespace(send=wheel.extend)
+    proposer.tell([(0.9, 0.8, 1.0), (0.9 / 1.02, 0.9, 0.1), (0.45, 1.0, 1.0)])
+    assert wheel[0] / wheel[1] == pytest.approx(1.02**150)
+    assert 19.0 < wheel[0] / wheel[1] < 20.0
+    assert wheel[2] < 1e-40 * wheel[0]
 
 
 def proposals(name, seed, generations=3):
@@ -151,6 +161,7 @@ def test_every_genotype_is_judged_once_and_as_its_spec_says(finished):
 SCRIPT = """
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 from steadyload.tuning.cases import CaseSource
 from steadyload.tuning.cost import CostModel
 from steadyload.tuning.options import SearchOptions
@@ -165,7 +176,6 @@ if __name__ == "__main__":
 """
 
 
-@pytest.mark.deep("a search in a process of its own, killed, then over two others: 16 s")
 def test_a_killed_search_ends_as_if_nothing_had_been(tmp_path, genetic):
     """SIGKILL in the second generation; then over two processes, in whatever order they answer."""
     search, folder = genetic
@@ -249,6 +259,14 @@ def test_a_budget_ends_a_search_over_all_its_starts(tmp_path):
     before = verdicts(tmp_path)
     Search(tmp_path, options).run(workers=0)
     assert verdicts(tmp_path) == before
+
+
+@pytest.mark.parametrize(("budget", "ends"), [(3.5, True), (6.0, True), (6.5, False)])
+def test_a_budget_is_of_all_generations_together(tmp_path, budget, ends):
+    search = Search(tmp_path, dataclasses.replace(OPTIONS, generations=None, budget=budget))
+    for number, wall in enumerate((2.0, 3.0, 1.0)):
+        search.ledger.end(GenerationEnd(number, 4, 0.5, wall))
+    assert search._finished(3) == ends
 
 
 @pytest.mark.parametrize(
