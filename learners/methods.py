@@ -11,6 +11,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from steadyload.core.constants import VERSION as CORE
 from steadyload.engines.quantities import quantity
 from steadyload.layouts.model.growing import GrowingLayout
 from steadyload.layouts.model.layout import Arrangement, Layout
@@ -85,8 +86,9 @@ class LearnedMethod(Method):
 
     title = "LSTM_1"
     Parameters: ClassVar[type[Any]] = LearnedParameters
-    built_on: ClassVar[Mapping[str, int]] = {"features": FEATURES, "inference": INFERENCE}
-    packages = ("numpy", "numba")
+    built_on: ClassVar[Mapping[str, int]] = {
+        "core": CORE, "features": FEATURES, "inference": INFERENCE
+    }  # fmt: skip
     members: ClassVar[int | None] = 1
     """Number of networks of the weights that judge, the first ones; None for all."""
 

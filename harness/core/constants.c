@@ -7,6 +7,8 @@
     extern SL_API const double sl_constant_##name;                                                 \
     const double sl_constant_##name = value;
 
+SHARED(VERSION, SL_VERSION)
+
 SHARED(STANDS, SL_STANDS)
 SHARED(FAILS, SL_FAILS)
 SHARED(UNRESOLVED, SL_UNRESOLVED)

@@ -4,6 +4,10 @@ They are stated here for Python and in the headers for C; :mod:`steadyload.core.
 the two when it loads the library. ``constants.c`` lists those that are compared: all of this file.
 """
 
+VERSION = 1
+"""Version of the library, a part of what stored verdicts depend on: raised by hand when a number
+that it computes changes."""
+
 STANDS, FAILS, UNRESOLVED, OUTSIDE, OVERLAPS, MEMORY, REFUSED, UNDECIDED, LOOK = range(9)
 """How a call ended: every box stands; one does not; rounding hides which; a placement is outside
 the contour, or overlaps another box; there is no memory; the arguments are none; a motion takes

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from steadyload.core.constants import BALANCED, FAILS, STANDS, UNDECIDED, UNRESOLVED
+from steadyload.core.constants import VERSION as CORE
 from steadyload.core.timed import Followed, How, Moved, first_moved, first_moved_many
 from steadyload.engines.attitudes import cross
 from steadyload.engines.quantities import quantity
@@ -137,9 +138,9 @@ class Equilibrium(Method):
     title = "Equilibrium"
     Parameters = EquilibriumParameters
     built_on: ClassVar[Mapping[str, int]] = {
-        "contacts": CONTACTS, "balance": BALANCE, "motion": MOTION
+        "core": CORE, "contacts": CONTACTS, "balance": BALANCE, "motion": MOTION
     }  # fmt: skip
-    packages = ("numba", "numpy", "scipy")
+    packages = ("numpy", "scipy")
 
     def parts(self) -> Mapping[str, int]:
         """See :meth:`Method.parts`."""

@@ -10,6 +10,7 @@ from typing import ClassVar
 import numpy as np
 
 from steadyload.core.constants import BALANCED, STANDS
+from steadyload.core.constants import VERSION as CORE
 from steadyload.engines.quantities import quantity
 from steadyload.layouts.model.contacts import VERSION as CONTACTS
 from steadyload.layouts.model.contacts import find_supports
@@ -65,9 +66,9 @@ class Settling(Method):
     title = "Settling"
     Parameters = SettlingParameters
     built_on: ClassVar[Mapping[str, int]] = {
-        "contacts": CONTACTS, "balance": BALANCE, "rest position": REST
+        "core": CORE, "contacts": CONTACTS, "balance": BALANCE, "rest position": REST
     }  # fmt: skip
-    packages = ("numba", "numpy", "scipy")
+    packages = ("numpy", "scipy")
 
     def parts(self) -> Mapping[str, int]:
         """See :meth:`Method.parts`."""

@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from steadyload.core.constants import ROUNDING, STANDS, SUPPORTED
+from steadyload.core.constants import VERSION as CORE
 from steadyload.core.library import Finding as Found
 from steadyload.core.library import finding
 from steadyload.engines.quantities import quantity
@@ -48,8 +49,7 @@ class PartialBaseSupport(Method):
 
     title = "PBS"
     Parameters: ClassVar[type[Any]] = _PartialSupport
-    built_on: ClassVar[Mapping[str, int]] = {"contacts": CONTACTS}
-    packages = ("numba", "numpy")
+    built_on: ClassVar[Mapping[str, int]] = {"core": CORE, "contacts": CONTACTS}
 
     @property
     def traits(self) -> frozenset[Trait]:

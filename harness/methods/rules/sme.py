@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from typing import ClassVar
 
 from steadyload.core.constants import CARRIED, STANDS
+from steadyload.core.constants import VERSION as CORE
 from steadyload.core.library import Finding as Found
 from steadyload.core.library import finding
 from steadyload.layouts.model.batch import LayoutBatch
@@ -39,8 +40,7 @@ class StaticMechanicalEquilibrium(Method):
 
     title = "SME"
     Parameters = NoParameters
-    built_on: ClassVar[Mapping[str, int]] = {"contacts": CONTACTS}
-    packages = ("numba", "numpy")
+    built_on: ClassVar[Mapping[str, int]] = {"core": CORE, "contacts": CONTACTS}
 
     @property
     def traits(self) -> frozenset[Trait]:
