@@ -41,6 +41,9 @@ OFF = Uncertainty(com=0.5)
 _LOOKS = Sampling(half_width=0.001, most=256)
 """As many samples for every plan."""
 
+_NO_MORE = 1e-9
+"""CPU seconds of a search that ends with the first plan that is confirmed."""
+
 _PATIENCE = 5.0
 """CPU seconds that a process is given beyond three times that limit."""
 
@@ -133,18 +136,31 @@ def _repaired(layout: Layout, options: RepairOptions) -> Repair:
 def _searched(boxes: Boxes, options: RepairOptions) -> Found[_Confirmation]:
     """The nearest plan with the largest margin of those looked for at which there is one.
 
-    Each search ends after half of the time that is left where it has confirmed no plan by then.
+    A plan without a margin is looked for first, of which the first one will do. What time it leaves
+    goes to plans with a margin: each of these searches ends after half of the time that is left
+    where it has confirmed no plan by then.
     """
-    limit, left = TimeLimit(options.seconds, "repair"), options.seconds
-    for margin in options.margins_cm:
-        found = ConfirmedSearch(
+    limit = TimeLimit(options.seconds, "repair")
+
+    def search(margin: float, seconds: float, without: float) -> Found[_Confirmation]:
+        return ConfirmedSearch(
             boxes, options.kinds, options.shift_cm, options.seed,
-            lambda plan: _Confirmation.of(options.judge(plan)),
-            left, margin, without=left / 2.0 if margin else None,
+            lambda plan: _Confirmation.of(options.judge(plan)), seconds, margin, without,
         ).run()  # fmt: skip
+
+    if not options.margin_cm:
+        return search(0.0, options.seconds, options.seconds)
+    found = search(0.0, _NO_MORE, options.seconds)
+    for margin in options.margins_cm:
         left = limit.left()
-        if found.attempt is not None or found.stopped is Stopped.INTERRUPTED or left <= 0.0:
+        if found.attempt is None or found.stopped is Stopped.INTERRUPTED or left <= 0.0:
             break
+        try:
+            nearer = search(margin, left, left / 2.0 if margin else left)
+        except KeyboardInterrupt:
+            return replace(found, stopped=Stopped.INTERRUPTED)
+        if nearer.attempt is not None:
+            return nearer
     return found
 
 

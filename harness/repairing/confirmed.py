@@ -97,10 +97,10 @@ class ConfirmedSearch(Generic[Said]):
         shift_cm: how far a box that is shifted may move sideways.
         seed: of random choices.
         judge: says whether a changed plan stands.
-        seconds: CPU time of the search, the judge's included.
+        seconds: CPU time after which the search ends where a plan is confirmed, the judge's
+            included.
         margin: of balance that boxes are to have [cm].
-        without: CPU time after which the search ends as long as no plan is confirmed; None for
-            ``seconds``.
+        without: CPU time after which it ends where none is; None for ``seconds``.
     """
 
     def __init__(

@@ -11,6 +11,7 @@ import pytest
 from scipy.stats import norm
 
 import steadyload as sl
+from steadyload.app import repairs
 from steadyload.app.checking import Answer, check
 from steadyload.app.repair_results import Outcome, counted_repairs, repair_fields
 from steadyload.app.repaired_files import write_repaired
@@ -22,7 +23,7 @@ from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.model.frame import Frame
 from steadyload.layouts.model.layout import TOLERANCE, LayoutError
 from steadyload.methods import make_method
-from steadyload.repairing.confirmed import Stopped
+from steadyload.repairing.confirmed import ConfirmedSearch, Stopped
 from steadyload.repairing.search import Search
 from steadyload.runs.scoring import read_entries
 from steadyload.statics.bearing.crushing import first_crushed
@@ -125,6 +126,38 @@ def test_where_no_plan_has_the_margin_half_of_it_is_looked_for():
     found = repair(LEANS, ["shift"], shift_cm=6.0)
     assert found.margin.cm == pytest.approx(1.0, abs=2e-3)
     assert found.layout.items[1].position[0] == pytest.approx(19.0, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("margin_cm", "firm", "asked"),
+    [
+        (2.0, 1.0, [0.0, 2.0, 1.0]),
+        (4.0, 4.0, [0.0, 4.0]),
+        (2.0, None, [0.0, 2.0, 1.0, 0.5, 0.25, 0.0]),
+        (0.0, None, [0.0]),
+    ],
+)
+def test_what_a_search_for_a_margin_does_not_find_stays_as_it_was_found_without(
+    monkeypatch, margin_cm, firm, asked
+):
+    """After the first search, plans of the margin ``firm`` alone are confirmed."""
+    margins = []
+
+    class Search(ConfirmedSearch):
+        def __init__(self, *rest):
+            margins.append(rest[6])
+            super().__init__(*rest)
+
+        def run(self):
+            found = super().run()
+            is_kept = len(margins) == 1 or margins[-1] == firm
+            return found if is_kept else dataclasses.replace(found, attempt=None)
+
+    monkeypatch.setattr(repairs, "ConfirmedSearch", Search)
+    repaired = repair(LEANS, ["shift"], margin_cm=margin_cm)
+    assert repaired.outcome is Outcome.REPAIRED
+    assert repaired.margin.cm == pytest.approx(firm or 0.5, abs=0.02)  # a box that moves has 0.5
+    assert margins == asked
 
 
 def test_a_narrow_box_has_the_margin_that_its_base_allows():

@@ -21,7 +21,7 @@ from steadyload.studies.kit import Asked
 from steadyload.studies.repair.one_pass import METHOD, one_pass
 from steadyload.studies.repair.packing_again import packed_again
 
-VERSION = 4
+VERSION = 5
 """Version of all ways: raised when one of them comes to other plans."""
 
 SEED = 0
