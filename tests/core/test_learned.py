@@ -1,4 +1,4 @@
-"""What Python calls of the C library for learned methods: sizes, errors, and copies."""
+"""The binding of the C library for learned methods: sizes, errors, and copies."""
 
 import copy
 import pickle

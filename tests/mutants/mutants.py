@@ -32,6 +32,7 @@ ROOMS: dict[str, tuple[str, ...]] = {
                      "tests/test_reading.py", "tests/runs"),
     "harness/app": ("tests/app", "tests/cli"),
     "harness/cli": ("tests/cli",),
+    "harness/core": ("tests/core", "tests/statics", "tests/methods", "tests/golden"),
     "harness/gym": ("tests/gym",),
     "harness/labelling": ("tests/labelling",),
     "harness/layouts": ("tests/layouts",),
