@@ -1,4 +1,4 @@
-"""One-line faults, drawn by a seeded rule over the syntax tree of Python."""
+"""One-line faults, drawn by a seeded rule over the syntax tree of Python, and over lines of C."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ import random
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+
+from faults_in_c import faults_in_c
 
 _COMPARISONS = {
     ast.Lt: "<=", ast.LtE: "<", ast.Gt: ">=", ast.GtE: ">", ast.Eq: "!=", ast.NotEq: "==",
@@ -70,6 +72,9 @@ def faults_in(path: str, source: str) -> Iterator[Fault]:
 
     Texts, annotations, imports and messages of errors have none.
     """
+    if path.endswith(".c"):
+        yield from sorted({Fault(path, *found) for found in faults_in_c(source)})
+        return
     reader = _Reader(path, source)
     reader.visit(ast.parse(source))
     yield from sorted(set(reader.found))
@@ -101,8 +106,10 @@ def drawn(files: list[tuple[str, str]], count: int, seed: int) -> list[Fault]:
     return sorted(found)
 
 
-def python_files(root: Path, room: str) -> list[tuple[str, str]]:
-    """Path from the root and source of the files of a room: a folder, or a pattern of files."""
+def source_files(root: Path, room: str) -> list[tuple[str, str]]:
+    """Path from the root and source of the files of a room: a pattern of files, or a folder with
+    its Python.
+    """
     files = sorted(root.glob(room) if "*" in room else (root / room).rglob("*.py"))
     return [(str(file.relative_to(root)), file.read_text()) for file in files]
 

@@ -24,7 +24,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from queue import Queue
 
-from faults import Fault, drawn, python_files
+from faults import Fault, drawn, source_files
 
 ROOT = Path(__file__).resolve().parents[2]
 ROOMS: dict[str, tuple[str, ...]] = {
@@ -32,7 +32,8 @@ ROOMS: dict[str, tuple[str, ...]] = {
                      "tests/test_reading.py", "tests/runs"),
     "harness/app": ("tests/app", "tests/cli"),
     "harness/cli": ("tests/cli",),
-    "harness/core": ("tests/core", "tests/statics", "tests/methods", "tests/golden"),
+    "harness/core": ("tests/core", "tests/methods"),
+    "harness/core/*.c": ("tests/core", "tests/statics", "tests/methods", "tests/golden"),
     "harness/gym": ("tests/gym",),
     "harness/labelling": ("tests/labelling",),
     "harness/layouts": ("tests/layouts",),
@@ -84,7 +85,7 @@ def planned(rooms: list[str], count: int, seed: int) -> list[tuple[str, Fault]]:
     for place, room in enumerate(rooms):
         own = count // len(rooms) + (place < count % len(rooms))
         # Those that change nothing are drawn, too, and left out: a longer list moves no other.
-        faults = drawn(python_files(ROOT, room), own, seed)
+        faults = drawn(source_files(ROOT, room), own, seed)
         found += [(room, fault) for fault in faults if fault.key not in unchanging]
     return found
 
@@ -111,7 +112,11 @@ def tried(room: str, fault: Fault, copy: Path) -> Outcome:
     file.write_text(fault.planted(source))
     compiling = 0.0
     try:
-        if any(part in fault.path for part in _COMPILED):
+        if fault.path.endswith(".c"):
+            status, _, compiling = _run(copy, [sys.executable, "harness/core/building.py"])
+            if status:
+                return Outcome(room, fault, True, "the compiler", 0.0, compiling)
+        elif any(part in fault.path for part in _COMPILED):
             _, _, compiling = _run(copy, [sys.executable, "-m", "steadyload.cli", "warm-up"])
         tests = [test for test in ROOMS[room] if (copy / test).exists()]
         status, output, seconds = _run(
