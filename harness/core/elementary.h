@@ -11,7 +11,5 @@ static inline double hyperbolic_cosine_of(double a) { return cosh(a); }
 static inline double hyperbolic_area_of(double a) { return asinh(a); }
 static inline double exponential_of(double a) { return exp(a); }
 static inline double angle_of(double y, double x) { return atan2(y, x); }
-static inline float exponential_of_float(float a) { return expf(a); }
-static inline float hyperbolic_tangent_of_float(float a) { return tanhf(a); }
 
 #endif

@@ -1,4 +1,4 @@
-"""Features, ranges and networks of learned methods, in C, one layout at a time: see learned.h.
+"""Features, ranges and networks of learned methods in C, one layout at a time: see learned.h.
 
 Arrays that are filled are C-contiguous and of type float64, where nothing else is said.
 """

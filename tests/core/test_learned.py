@@ -81,6 +81,25 @@ def test_a_network_goes_on_from_its_state_and_leaves_that_as_it_is():
     np.testing.assert_allclose(of.decide(whole), 1.0 / (1.0 + np.exp(-logits)), rtol=1e-5)
 
 
+@pytest.mark.parametrize("width", [3, 8])
+def test_a_layer_follows_its_formula_however_large_its_inputs_are(width):
+    layer = learned.Layer(drawn(5, 4 * width), drawn(width, 4 * width), drawn(4 * width))
+    of, last, cells = learned.Lstm([layer], drawn(width), 0.5), np.zeros(width), np.zeros(width)
+    rows = drawn(9, 5) * np.float32([[1e-3], [1.0], [1e20]]).repeat(3, axis=0)
+    found, _ = of.run(rows, of.start())
+    inward, recurrent, bias = (array.astype(float) for array in layer)
+    for row, outputs in zip(rows, found, strict=True):
+        gates = row @ inward + last @ recurrent + bias
+        into, kept, out = 0.5 + 0.5 * np.tanh(0.5 * gates[: 3 * width]).reshape(3, width)
+        cells = kept * cells + into * np.tanh(gates[3 * width :])
+        last = out * np.tanh(cells)
+        np.testing.assert_allclose(outputs, last, rtol=1e-6, atol=1e-6)
+    rows[4, 2] = np.nan
+    others, _ = of.run(rows, of.start())
+    assert others[:4].tobytes() == found[:4].tobytes()
+    assert np.isnan(others[4:]).all()
+
+
 @pytest.mark.parametrize("copied", [copy.deepcopy, lambda one: pickle.loads(pickle.dumps(one))])
 def test_a_copy_has_arrays_of_its_own(copied):
     of, rows = network(), drawn(7, 5)
