@@ -403,8 +403,6 @@ FREE = {
     "tuning.ledger": "writes",
     "engines.reference.compiled": "the source of the program",
     "statics.kernels.compiled": "the source of the program",
-    "core.building": "the source of the program",
-    "core.library": "the source of the program",
     "runs.provenance": "the source of the program, and the kind of processor",
     "engines.checks.protocol": "the memory of this process",
     "studies.scale.needs": "the memory of this process",
