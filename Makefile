@@ -24,9 +24,11 @@ unexport PYTHONDONTWRITEBYTECODE
 help: ## list these targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-10s %s\n", $$1, $$2}'
 
-$(JUDGING): pyproject.toml setup.py locks/judging-$(VERSION).txt
+$(JUDGING): pyproject.toml setup.py backend.py locks/judging-$(VERSION).txt
 	test -d .venv || $(PYTHON) -m venv .venv
 	$(INSTALL) --require-hashes -r locks/judging-$(VERSION).txt
+	@$(BIN)/python backend.py || { echo "There is no C compiler: installing ziglang."; \
+		$(INSTALL) --require-hashes -r locks/compiler.txt; }
 	$(CLONE)
 	@touch $@
 
@@ -43,8 +45,8 @@ $(SITE): $(READY) locks/site-$(VERSION).txt
 	$(INSTALL) --require-hashes -r locks/site-$(VERSION).txt
 	@touch $@
 
-build: $(JUDGING) ## build the C library, where a source of it has changed
-	@$(BIN)/python harness/core/building.py
+build: $(JUDGING) ## build the C library, where a source of it has changed; DEBUG=1 anew, for gdb
+	@$(BIN)/python harness/core/building.py $(if $(DEBUG),-O0 -g)
 
 study: $(JUDGING) $(LINKS) build ## run the embedded study and write its report
 	@$(BIN)/steadyload study run embedded --output runs/embedded
@@ -79,6 +81,7 @@ types: $(READY) ## check types
 lock: $(READY) ## lock what is installed anew (see docs/installing.md)
 	$(COMPILE) pyproject.toml --group build --output-file locks/judging-$(VERSION).txt
 	$(COMPILE) pyproject.toml --group build --all-extras --output-file locks/all-$(VERSION).txt
+	$(COMPILE) --group compiler --output-file locks/compiler.txt
 	$(COMPILE) --group site --constraints locks/all-$(VERSION).txt --output-file locks/site-$(VERSION).txt
 
 PALLETS ?= $(wildcard ../shared/data/pallets/pallets.json)

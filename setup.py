@@ -6,7 +6,6 @@ A wheel has them there. An editable install has links there, in ``.src``, which 
 
 import atexit
 import contextlib
-import importlib.util
 import os
 import re
 import shutil
@@ -18,6 +17,8 @@ from setuptools import Command, find_packages, setup
 from setuptools.command.bdist_wheel import bdist_wheel
 from setuptools.command.build_py import build_py
 from setuptools.command.editable_wheel import editable_wheel
+
+from backend import building
 
 FOLDERS = {
     "steadyload": "harness",
@@ -67,11 +68,8 @@ class Build(build_py):
     def run(self):
         """Build the library beside its sources, or beside the copies of these."""
         super().run()
-        spec = importlib.util.spec_from_file_location("building", "harness/core/building.py")
-        building = importlib.util.module_from_spec(spec)
-        spec.loader.exec_module(building)
         package = "harness" if self.editable_mode else Path(self.build_lib, "steadyload")
-        building.build(Path(package, "core", "lib"), building.name())
+        building().build(Path(package, "core", "lib"), building().name())
 
 
 class Wheel(bdist_wheel):

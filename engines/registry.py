@@ -78,6 +78,7 @@ ENGINES: dict[str, EngineEntry] = {
         "steadyload.engines.reference.world:ReferenceWorld",
         ("numba",),
         options="steadyload.engines.reference.options:ReferenceOptions",
+        extra="reference",
     ),
     "physx": EngineEntry("steadyload.engines.with_physx:PhysxWorld", ("sapien",), extra="physx"),
     "rapier": EngineEntry(

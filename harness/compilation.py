@@ -10,7 +10,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from numba import config, njit
+# Without it functions stay those of Python; the registry of engines says that it is missing.
+try:
+    from numba import config, njit
+except ModuleNotFoundError:
+    njit = None
 
 _LOG = logging.getLogger(__name__)
 """Tells that something is compiled, at level INFO: commands print it, see
@@ -75,7 +79,7 @@ def compile_kept(function: Callable[..., Any], digest: str, part: Part) -> Calla
             name, the digest makes a change anywhere a change everywhere.
         part: to which the function belongs.
     """
-    if config.DISABLE_JIT:  # Numba's own switch, for debuggers.
+    if njit is None or config.DISABLE_JIT:  # Numba's own switch, for debuggers.
         return function
     function.__qualname__ += f"_{digest}"
     how = {"error_model": "numpy", "nogil": True}

@@ -24,11 +24,11 @@ from zlib import crc32
 import matplotlib.image
 import pytest
 from hypothesis import HealthCheck, settings
+from tested_engines import TESTED
 
 from steadyload.engines.registry import (
     EngineEntry,
     absent_engines,
-    engine_names,
     engines,
     world_class,
 )
@@ -205,7 +205,7 @@ def _needed(entry: EngineEntry) -> str:
     return f"needs the package {entry.system}" if entry.system else f"needs the extra {entry.extra}"
 
 
-@pytest.fixture(params=engine_names())
+@pytest.fixture(params=TESTED)
 def engine(request: pytest.FixtureRequest) -> str:
     """Every engine that is compared unasked, one after the other."""
     return request.param
@@ -214,7 +214,7 @@ def engine(request: pytest.FixtureRequest) -> str:
 @pytest.fixture(
     params=[
         pytest.param(name, marks=pytest.mark.deep(_needed(entry)))
-        if entry.optional and not entry.base
+        if entry.optional and not entry.base and name not in TESTED
         else name
         for name, entry in engines().items()
     ]

@@ -91,7 +91,7 @@ def small(tmp_path):
         (clone / folder).mkdir(parents=True)
         (clone / folder / "__init__.py").touch()
     (clone / "harness" / "__init__.py").touch()
-    for name in ("setup.py", "pyproject.toml", "Makefile", "README.md", "LICENSE"):
+    for name in ("setup.py", "backend.py", "pyproject.toml", "Makefile", "README.md", "LICENSE"):
         shutil.copy(ROOT / name, clone)
     return clone
 

@@ -26,6 +26,13 @@ class WarmUp:
 
     def run(self) -> int:
         """Compile, then print a table of the parts; 1 if compiled code cannot be kept."""
+        from steadyload.engines.registry import EngineNotInstalledError, world_class
+
+        try:
+            world_class("reference")
+        except EngineNotInstalledError as error:
+            print(f"nothing is compiled: {error}")
+            return 0
         from numba import config
 
         rows, kept = [], True

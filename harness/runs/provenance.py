@@ -162,14 +162,14 @@ def provenance() -> dict[str, Any]:
 @cache
 def machine_kind() -> str:
     """Kind of processor: times are comparable on the same kind alone."""
-    from llvmlite.binding import get_host_cpu_name
-
-    told = (
-        Path("/proc/cpuinfo").read_text(encoding="utf-8") if Path("/proc/cpuinfo").exists() else ""
-    )
-    named = re.search(r"^model name\s*:\s*(.+)$", told, re.MULTILINE)
-    name = named[1].strip() if named else platform.processor() or platform.machine()
-    return f"{name} {get_host_cpu_name()}"
+    info = Path("/proc/cpuinfo")
+    pairs = re.findall(
+        r"^(model name|cpu family|model|CPU implementer|CPU part)\s*:\s*(.*\S)",
+        info.read_text(encoding="utf-8") if info.exists() else "", re.MULTILINE,
+    )  # fmt: skip
+    told = dict(reversed(pairs))
+    named = [told.pop("model name", ""), *(f"{name} {number}" for name, number in told.items())]
+    return ", ".join(filter(None, named)) or platform.processor() or platform.machine()
 
 
 def provenance_lines(made: Mapping[str, Any] | None = None, of: str = "") -> dict[str, str]:

@@ -100,6 +100,18 @@ def test_a_check_of_one_pallet_imports_what_it_needs(tmp_path, boxes):
     assert not {"numba", "pandas", "pyarrow", "scipy.optimize", "scipy.special"} & set(loaded)
 
 
+def test_a_check_of_one_pallet_says_that_it_compiles(tmp_path):
+    """The process beside the command compiles, and says so."""
+    boxes = (Item(0, (0.0, 0.0, 0.0), (10.0, 10.0, 10.0), 1.0),)
+    layouts = [Layout("one", Pallet(80.0, 80.0, 80.0), boxes)]
+    write_layouts(tmp_path / "one.json", layouts, Format.NATIVE)
+    code = "import sys; from steadyload.cli import main; sys.exit(main(sys.argv[1:]))"
+    words = ("-c", code, "check", "-m", "label@reference", str(tmp_path / "one.json"))
+    place = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "compiled")}
+    said = [fresh(*words, env=place).stderr.count("compiling the reference") for _ in range(2)]
+    assert said == [1, 0]
+
+
 def test_every_configuration_is_light():
     listing = (
         "import sys; from steadyload.studies.registry import studies, study; "

@@ -1,35 +1,23 @@
 """The C library under sanitizers, with any numbers: for longer, `fuzz 60` as built here."""
 
-import importlib.util
-import os
-import shutil
 import subprocess
 from pathlib import Path
 
 import pytest
 
+from steadyload.core import building
+
 HERE = Path(__file__).parent
-CORE = HERE.parents[1] / "harness" / "core"
 SANITIZERS = ("-fsanitize=undefined,address", "-fno-sanitize-recover=all")
 
 
 def _build(into: Path, *sources: Path) -> subprocess.CompletedProcess[str]:
-    compiler = os.environ.get("CC", "").split() or [
-        next(filter(None, map(shutil.which, ("cc", "gcc", "clang"))), "")
-    ]
-    if not compiler[0]:
+    compiler = building.found()
+    if not compiler:
         pytest.skip("there is no C compiler")
-    flags = [flag for flag in _building().FLAGS if not flag.startswith("-O")]
-    how = [*flags, "-O1", "-g", *SANITIZERS, "-DSL_EACH", "-iquote", str(CORE)]
+    how = [*building.FLAGS, "-O0", "-g", *SANITIZERS, "-DSL_EACH", "-iquote", str(building.HERE)]
     command = [*compiler, *how, *map(str, sources), "-o", str(into), "-lm"]
     return subprocess.run(command, capture_output=True, text=True, check=False)
-
-
-def _building():
-    spec = importlib.util.spec_from_file_location("building", CORE / "building.py")
-    building = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(building)
-    return building
 
 
 @pytest.fixture(scope="module")
@@ -41,7 +29,7 @@ def fuzz(tmp_path_factory):
     tried = _build(folder / "empty", empty)
     if tried.returncode or subprocess.run([folder / "empty"], check=False).returncode:
         pytest.skip("the C compiler has no sanitizers")
-    built = _build(folder / "fuzz", HERE / "fuzz.c", *sorted(CORE.glob("*.c")))
+    built = _build(folder / "fuzz", HERE / "fuzz.c", *sorted(building.HERE.glob("*.c")))
     assert built.returncode == 0, built.stderr
     return folder / "fuzz"
 

@@ -20,7 +20,10 @@ STATIC = (
 
 PRESETS = ("ps3", "ps5", "ps3-literal", "ps5-literal", "ps_opt", "ps_opt-paper", "label")
 ENGINES = ("bullet", "mujoco", "dart", "chipmunk")
-OPTIONAL = tuple(name for name, entry in ENTRIES.items() if entry.optional and not entry.check_only)
+OPTIONAL = tuple(
+    name for name, entry in ENTRIES.items()
+    if entry.optional and not entry.check_only and name != "reference"
+)  # fmt: skip
 OWN = (
     "cascade@mujoco",
     "label@reference",

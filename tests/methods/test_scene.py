@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
+from tested_engines import TESTED
 
-from steadyload.engines.registry import engine_names, world_class
+from steadyload.engines.registry import world_class
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.model.contacts import find_contacts
 from steadyload.layouts.packing.packing import random_layouts
@@ -12,12 +13,12 @@ from steadyload.methods.contract.method import Effort
 from steadyload.methods.simulation.scene import boxes, joined_groups, neighbourhood, planar_scene
 
 PALLET = Pallet(100.0, 100.0, 100.0)
-SPATIAL = [e for e in engine_names() if world_class(e).capabilities.dimensions == 3]
+SPATIAL = [e for e in TESTED if world_class(e).capabilities.dimensions == 3]
 SLOW_LAST = [
     *(e for e in SPATIAL if e != "reference"),
     "reference",
 ]
-PLANAR = [e for e in engine_names() if world_class(e).capabilities.dimensions == 2]
+PLANAR = [e for e in TESTED if world_class(e).capabilities.dimensions == 2]
 
 
 def layout(*items):
@@ -89,7 +90,7 @@ def test_planar_layouts_get_the_same_verdict_in_2d_and_3d(across, shifts, offset
     lay = wall(shifts, across=across, offset=offset)
     found = {
         engine: make_method(f"simulation@{engine}:t_max=0.5,between_steps=reseat").judge(lay)
-        for engine in engine_names()
+        for engine in TESTED
     }
     steps = {engine: verdict.failing_step for engine, verdict in found.items()}
     assert set(steps.values()) == {step}, steps
@@ -260,7 +261,7 @@ def test_effort_counts_boxes_looks_and_substeps():
     assert widening == Effort(worlds=2, boxes=4, looks=6, substeps=48, body_substeps=96)
 
 
-@pytest.mark.parametrize("engine", engine_names())
+@pytest.mark.parametrize("engine", TESTED)
 def test_stopping_at_rest_saves_substeps_and_keeps_clear_verdicts(engine):
     stands, falls = wall([0.0] * 4), wall([0.0, 12.0])
     base = f"simulation@{engine}:frequency=240,between_steps=reseat,samples=10"
@@ -318,7 +319,7 @@ def test_contacts_that_dart_would_drop_are_an_error():
     assert "keeps 1000 contacts" in verdict.reason
 
 
-@pytest.mark.parametrize("engine", engine_names())
+@pytest.mark.parametrize("engine", TESTED)
 def test_an_early_exit_keeps_clear_verdicts(engine):
     base = f"simulation@{engine}:t_max=1,between_steps=reseat,criterion=adams,samples=20"
     plain, early = make_method(base), make_method(f"{base},early_exit=2")
@@ -327,7 +328,7 @@ def test_an_early_exit_keeps_clear_verdicts(engine):
     assert early.judge(lay).effort.substeps < plain.judge(lay).effort.substeps
 
 
-@pytest.mark.parametrize("engine", engine_names())
+@pytest.mark.parametrize("engine", TESTED)
 def test_a_timeout_is_a_status_and_changes_no_verdict(engine):
     lay = wall([0.0] * 6)
     method = make_method(f"simulation@{engine}:frequency=240")

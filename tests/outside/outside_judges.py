@@ -15,6 +15,7 @@ from pathlib import Path
 
 import pymunk
 
+from steadyload.core.library import HELD
 from steadyload.engines.quantities import quantity
 from steadyload.methods.contract.method import STABLE, BatchVerdicts, Method
 from steadyload.time_limit import cpu_clock
@@ -32,6 +33,7 @@ class Harm(StrEnum):
     ABORT = "abort"
     ABORT_ONCE = "abort-once"
     EXIT = "exit"
+    FAULT = "fault"
     KILL = "kill"
     KILL_PARENT = "kill-parent"
     PREPARE = "prepare"
@@ -72,6 +74,8 @@ class Harmful(Method):
                     abort_in_chipmunk()
                 case Harm.EXIT:
                     ctypes.CDLL(None).exit(3)
+                case Harm.FAULT:
+                    fault_in_the_core()
                 case Harm.KILL:
                     os.kill(os.getpid(), signal.SIGKILL)
                 case Harm.HANG:
@@ -105,6 +109,11 @@ def compute_without_end():
 def abort_in_chipmunk():
     """Chipmunk ends the process itself when it is given a box of no size that there is."""
     pymunk.Body(1.0, pymunk.moment_for_box(1.0, (math.nan, 0.1)))
+
+
+def fault_in_the_core():
+    """The C library of this package reads memory at an address that is nobody's."""
+    HELD.sl_work_free(8)
 
 
 @dataclass(frozen=True)

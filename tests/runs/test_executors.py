@@ -35,7 +35,10 @@ def judged(folder):
 
 
 @pytest.mark.usefixtures("outside")
-@pytest.mark.parametrize(("harm", "how"), [("abort", "by SIGABRT"), ("exit", "with exit status 3")])
+@pytest.mark.parametrize(
+    ("harm", "how"),
+    [("abort", "by SIGABRT"), ("exit", "with exit status 3"), ("fault", "by SIGSEGV")],
+)
 def test_an_engine_that_ends_its_process_costs_one_row(tmp_path, harm, how):
     study = study_of(f"harmful:harm={harm}", "fbs")
     assert run_study(study, tmp_path / "run", workers=2) == 12

@@ -183,7 +183,7 @@ def test_steps_are_shown_of_methods_that_count_them():
 
 TEN = Estimate(10.0, 9.0, 11.0, 9)
 RUN = Found(
-    date="2026-11-22", compiled=True, quick=False, load=1.0, patience=2.0,
+    date="2026-11-22", quick=False, load=1.0, patience=2.0,
     cases=[CaseSet("validation", 900, 9.4, TEN, TEN), CaseSet("mine", 3, 20.0, TEN, TEN)],
     costs=[
         Cost("validation", "fbs", 900, 0, 4000, TEN, TEN, TEN, TEN, 10, TEN, TEN),
@@ -198,8 +198,7 @@ RUN = Found(
 def test_the_page_shows_what_was_found():
     page = Speed().page(RUN)
     assert page.summary.startswith(
-        "A judgement of a layout of 9.4 items on average takes, on this, one core, compiled and "
-        "warm: FBS 10"
+        "A judgement of a layout of 9.4 items on average takes, on this, one core, warm: FBS 10"
     )
     text = "\n".join(str(block) for section in page.sections for block in section.placed)
     for shown in (
@@ -207,8 +206,8 @@ def test_the_page_shows_what_was_found():
         "**File `mine`**", "FBS: 1 of 3 layouts had no verdict within 2 s", "FBS on mine (10.00",
     ):  # fmt: skip
         assert shown in text
-    told = Speed().page(replace(RUN, compiled=False, quick=True, load=4.0)).summary
-    for words in ("**not compiled**", "A quick run", "The machine was busy"):
+    told = Speed().page(replace(RUN, quick=True, load=4.0)).summary
+    for words in ("A quick run", "The machine was busy"):
         assert words in told
     bare = replace(RUN, costs=[Cost("validation", "fbs", 0, 9, None)], growth=[], points=[])
     assert [section.title for section in Speed().page(bare).sections] == [

@@ -1,8 +1,9 @@
 """Limits by simulation against closed forms, and what cannot be asked."""
 
 import pytest
+from tested_engines import TESTED
 
-from steadyload.engines.registry import capabilities, engine_names
+from steadyload.engines.registry import capabilities
 from steadyload.layouts.model.layout import Item, Layout, Pallet
 from steadyload.methods.registry import make_method
 from steadyload.methods.simulation.simulation_parameters import SimulationParameters
@@ -18,7 +19,7 @@ from steadyload.transport.whole_load import whole_load_limit
 PALLET = Pallet(120.0, 200.0, 80.0)
 FLAT = Layout("flat", PALLET, (Item(0, (40.0, 0.0, 30.0), (30.0, 10.0, 30.0), 8.0),))
 TALL = Layout("tall", PALLET, (Item(0, (40.0, 0.0, 30.0), (12.0, 40.0, 30.0), 8.0),))
-SPATIAL = [e for e in engine_names() if capabilities(e).dimensions == 3]
+SPATIAL = [e for e in TESTED if capabilities(e).dimensions == 3]
 
 
 @pytest.mark.parametrize("engine", SPATIAL)

@@ -65,11 +65,14 @@ def judge_families(lab: Lab, layouts: int, seed: int, methods: Sequence[str]) ->
         methods: specs; empty for those of :func:`usual_methods` that can judge here.
 
     Raises:
-        SpecError, EngineNotInstalledError: a method that is named cannot judge.
+        SpecError, EngineNotInstalledError: a method that is named, or a label, cannot judge.
         ResultsError: the work folder holds something else.
     """
     able, left_out = able_methods(tuple(methods), usual_methods)
-    label, against = (str(make_method(spec).spec) for spec in (LABEL, AGAINST))
+    fixed = [make_method(spec) for spec in (LABEL, AGAINST)]
+    for method in fixed:
+        method.prepare()
+    label, against = (str(method.spec) for method in fixed)
     made = {name: family_layouts(name, layouts, seed) for name in FAMILIES}
     turns = [own for of_all in zip(*made.values(), strict=True) for own in of_all]
     lab.work.mkdir(parents=True, exist_ok=True)

@@ -15,6 +15,7 @@ from steadyload.engines.registry import (
     engines_here,
     missing_packages,
     package_versions,
+    world_class,
 )
 from steadyload.engines.world import Support
 from steadyload.measured.errors import MotionError
@@ -196,9 +197,12 @@ def measured(
     Raises:
         MotionError: see :func:`steadyload.studies.reality.record.open_record`; trials are to be
             simulated, and the file is not here.
+        EngineNotInstalledError: the reference is asked for, and its library is missing.
         StudyError: an engine is not one of :func:`able_engines`.
         NotKeptError: rows are missing, and nothing may be measured.
     """
+    if reference:
+        world_class("reference")
     names = chosen(engines, able_engines(), "engine") if engines else able_engines()
     record = open_record(lab.work, data, profile, limit)
     unit = RecordUnit(record, seed, package_versions(("numpy", "scipy")))

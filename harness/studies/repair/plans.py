@@ -10,12 +10,14 @@ import pandas as pd
 
 from steadyload.app.check_defaults import default_method
 from steadyload.labelling.close_steps import StepVerdicts
+from steadyload.labelling.label_rows import LABEL
 from steadyload.layouts.benchmark.dataset import Benchmark
 from steadyload.layouts.benchmark.tables import BenchmarkError
 from steadyload.layouts.model.layout import Layout
 from steadyload.layouts.model.scenarios import Scenario
 from steadyload.layouts.packers.packed import PackerNotInstalledError
 from steadyload.layouts.sizes import MOST_SMALL
+from steadyload.methods.registry import make_method
 from steadyload.studies.kit import Lab
 from steadyload.studies.packed_plans import plans_of
 from steadyload.studies.repair.confirming import (
@@ -171,8 +173,11 @@ def try_all(
 
     Raises:
         BenchmarkError: no plan fails.
+        EngineNotInstalledError: the reference is to judge, and is not installed.
         ResultsError: another run is at work in the folder.
     """
+    if reference:
+        make_method(LABEL).prepare()
     failing, standing, labelled = plans_by_label(benchmark)
     failing = failing[:limit]
     ways, not_installed = list(Way), ""

@@ -35,12 +35,15 @@ class Session(Study["Found"]):
 
     def run(self, lab: Lab) -> Found:
         """Costs of placements, and gains of packing heuristics; parts not asked for are empty."""
+        from steadyload.methods.registry import make_method
         from steadyload.runs.provenance import provenance_lines
         from steadyload.studies.session.packing_gains import REJECTING, packing_gains
         from steadyload.studies.session.placing import COSTED, session_curves
         from steadyload.studies.session.showing import Found
 
         parts = self.parts or PARTS
+        if "gain" in parts:
+            make_method(self.judge).prepare()
         curves, made_with = (
             session_curves(lab, self.methods or COSTED, count=self.most_items)
             if "cost" in parts

@@ -109,7 +109,6 @@ class Found:
     """A run of the benchmark, of which its page is made and which is kept as JSON.
 
     Attributes:
-        compiled: whether methods ran compiled.
         quick: whether it is a short run on fewer layouts.
         load: most processes that wanted to run, one of them ours; None where it is not known.
         patience: seconds after which a judgement is given up.
@@ -118,7 +117,6 @@ class Found:
     """
 
     date: str
-    compiled: bool
     quick: bool
     load: float | None
     patience: float

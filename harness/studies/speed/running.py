@@ -9,7 +9,6 @@ from functools import partial
 from itertools import product
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 
 from steadyload.layouts.model.layout import Layout
@@ -81,7 +80,6 @@ def run_speed(
     after = machine_load()
     return Found(
         date=time.strftime("%Y-%m-%d", time.gmtime()),
-        compiled=not numba.config.DISABLE_JIT,
         quick=extent != FULL,
         load=None if before is None or after is None else max(before, after),
         patience=extent.patience,
