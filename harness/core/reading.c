@@ -6,8 +6,7 @@ int32_t sl_contacts(sl_work *work, int32_t count, const double *lower, const dou
                     int32_t room, int32_t *below, double *patches, int32_t *above) {
     if (count < 0 || count > SL_MOST) return -SL_REFUSED;
     Mark before = mark(work);
-    Boxes boxes = {.count = count, .floor = floor, .lower = (const double (*)[3])lower,
-                   .upper = (const double (*)[3])upper};
+    Boxes boxes = boxes_of(count, lower, upper, NULL, NULL, floor);
     const Contacts *c = &boxes.contacts;
     int32_t size = find_contacts(work, &boxes) ? -SL_MEMORY : (int32_t)c->size;
     if (size >= 0) {

@@ -178,9 +178,7 @@ struct sl_timed {
 #define FAR 25.0                /* keeps a light pendulum from overflowing; it has tipped anyway */
 #define STILL 1e-12             /* share of the largest energy below which a box is at rest */
 
-double (*centres_of(sl_work *work, const Boxes *boxes))[3];
-bool lay_out(sl_timed *timed, int32_t count, const double *lower, const double *upper,
-             const double *weights, const double *offsets, const double *floor, double margin);
+int begin_to_follow(sl_timed *timed);
 int moving_group(sl_timed *timed, int32_t step, bool *kept, Some *group);
 int moved_group(sl_timed *timed, int32_t step, Some group, const sl_how *how, sl_moved *found);
 int place_next(sl_timed *timed, int32_t step, const sl_how *how, sl_moved *found);
