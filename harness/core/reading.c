@@ -8,7 +8,7 @@ int32_t sl_contacts(sl_work *work, int32_t count, const double *lower, const dou
     Mark before = mark(work);
     Boxes boxes = boxes_of(count, lower, upper, NULL, NULL, floor);
     const Contacts *c = &boxes.contacts;
-    int32_t size = find_contacts(work, &boxes) ? -SL_MEMORY : (int32_t)c->size;
+    int32_t size = find_contacts(work, &boxes) ? -SL_MEMORY : c->size;
     if (size >= 0) {
         memcpy(starts, c->starts, ((size_t)count + 1) * sizeof *starts);
         memcpy(above_starts, c->above_starts, ((size_t)count + 1) * sizeof *above_starts);

@@ -205,15 +205,12 @@ typedef struct { int32_t item, patch; double press[3]; } Change;
 
 struct sl_session {
     double limits[11], slabs[3]; /* slabs a cm along x, y, z */
-    int32_t count, patches, aboves, changes, overhung;
+    Boxes boxes;                 /* with room behind those that count */
+    int32_t aboves, changes, overhung;
     int32_t room, links;         /* boxes, patches */
-    double (*lower)[3], (*upper)[3], (*offsets)[3], (*centres)[3], *weights;
     int32_t *rooms, *above_rooms, *begun; /* where the blocks of a box end, its changes begin */
-    bool *moves;
-    double (*presses)[3], (*changed)[3];
     Change *change;
     uint64_t (*cells)[ROWS];
-    Contacts contacts;
     sl_work *work;
 };
 

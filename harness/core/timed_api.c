@@ -45,7 +45,7 @@ void sl_timed_look(const sl_timed *timed, sl_timed_view *view) {
     const Boxes *boxes = &timed->boxes;
     const Contacts *c = &boxes->contacts;
     *view = (sl_timed_view){
-        .count = boxes->count, .patches = (int32_t)c->size,
+        .count = boxes->count, .patches = c->size,
         .on_floor = (const uint8_t *)c->on_floor, .starts = c->starts, .ends = c->ends,
         .below = c->below,
         .corners = (const double *)c->patches, .above_starts = c->above_starts,
@@ -161,7 +161,7 @@ sl_held *sl_held_new(int32_t count, const double *lower, const double *upper,
 }
 
 const double *sl_held_presses(const sl_held *held, int32_t *patches) {
-    *patches = (int32_t)held->boxes.contacts.size;
+    *patches = held->boxes.contacts.size;
     return (const double *)held->boxes.presses;
 }
 
