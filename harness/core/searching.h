@@ -122,24 +122,16 @@ typedef struct {
     int32_t most;
 } sl_wanted;
 
-/* Places of a box among J others, the nearest first: corners and centres of mass of the others
-   (J, 3), `sides` and `offsets` of the box as planned and turned (2, 3), its lower corner in the plan
-   (3), `turns` 2 where it may be turned, else 1. Put in `places` (turns * most, 4), and in `far`
-   (turns * most) how far its middle comes from where it was [cm]. How many there are, or -SL_MEMORY,
-   or -SL_REFUSED. */
-SL_API int32_t sl_nearest_places(sl_work *work, int32_t count, const double *lower,
-                                 const double *upper, const double *centres, const double *sides,
-                                 const double *offsets, const double *planned,
-                                 const sl_wanted *wanted, int32_t turns, double *places,
-                                 double *far);
-
-/* The same of a box of a plan among the others at their places (J, 4), but for those `without` (J
-   bytes, not 0 for a box that it may overlap). */
+/* Places of a box of a plan among the others at their places (J, 4), but for those `without` (J
+   bytes, not 0 for a box that it may overlap), the nearest first; `turns` 2 where it may be turned,
+   else 1. Put in `found` (turns * most, 4), and in `far` (turns * most) how far its middle comes from
+   where it was [cm]. How many there are, or -SL_MEMORY, or -SL_REFUSED. */
 SL_API int32_t sl_places_among(sl_work *work, const sl_boxes *boxes, const double *places,
                                const uint8_t *without, int32_t box, const sl_wanted *wanted,
                                int32_t turns, double *found, double *far);
 
-/* Lower corners (most, 3), in no order, of places of one side of a box: its `size` (3), `middle`: of
+/* Lower corners (most, 3), in no order, of places of one side of a box among J others, of which
+   corners and centres of mass are given (J, 3): its `size` (3), `middle`: of
    its centre of mass from its lower corner (3), its lower corner before (3), and heights at which it
    may lie, the most wanted ones first. How many, or -SL_MEMORY, or -SL_REFUSED. */
 SL_API int32_t sl_free_places(sl_work *work, int32_t count, const double *lower,
