@@ -138,8 +138,6 @@ typedef struct {
     bool (*pushed)[4];    /* by edge of the friction pyramid, when last solved for */
 } Points;
 
-enum { AT_EASE, SOLVED, PASSED, PENDING }; /* a box: at rest, free, its load passed on, or to be */
-
 /* Boxes of a group that move, and what they meet. A load has six numbers: force (x, y, z) [kg] and
    its moment about the origin [kg cm]; a way too: displacement [cm] and turn [rad]. */
 typedef struct {
@@ -197,7 +195,6 @@ void merge(int32_t *cluster, int32_t count, int32_t a, int32_t b);
 int find_growth(sl_work *work, const Motion *m, const double (*rates)[6], double *growth);
 int coast(sl_work *work, Motion *m, const double (*rates)[6], const double *growth, double left,
           double *passed);
-void free_it_and_those_above(Motion *m, int32_t item);
 int pass_on_loads(sl_work *work, Motion *m, int32_t *failed);
 
 #endif
