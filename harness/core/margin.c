@@ -1,5 +1,5 @@
 /* The margin of balance of a whole loading, in little more than one pass of equilibrium. */
-#include "searching.h"
+#include "internal.h"
 
 #define FINEST 1e-3   /* [cm] a margin is known so closely */
 #define FARTHEST 1e6  /* [cm] beyond this rounding would keep a halving from that */

@@ -101,26 +101,6 @@ SL_API int32_t sl_held_place(sl_held *held, int32_t step, int32_t *item);
    in order: into `group` (room for J). How many there are, -1 without memory. */
 SL_API int32_t sl_held_group(sl_held *held, int32_t step, int32_t *group);
 
-/* Forces [kg] at the corners (x0, z0), (x0, z1), (x1, z0), (x1, z1) of patches that come closest to
-   balancing some `items` (size) of J boxes, by solving for all of them: `forces` (patches, 4).
-   `used` (patches, 3): of every patch its place in `corners` (places, 4: x0, z0, x1, z1), the box
-   above and the one below, -1 for the floor; a box that is none of the items is firm. `grow`: how
-   much wider every patch counts on each side [cm]. found->ended and item as of balance, item the
-   one that starts fastest; found->number is 1 where the search ended, else 0. Numbers of boxes and
-   patches that do not exist are refused. */
-SL_API int32_t sl_closest_to_balance(sl_work *work, int32_t count, const double *lower,
-                                     const double *upper, const double *weights,
-                                     const double *offsets, int32_t size, const int32_t *items,
-                                     int32_t patches, const int32_t *used, int32_t places,
-                                     const double *corners, double grow, double *forces,
-                                     sl_finding *found);
-
-/* The x >= 0 (count) with the least squares of target (rows) less the sum of x times columns
-   (count, rows), and what is left over (rows). SL_STANDS, SL_UNRESOLVED where it gave up. */
-SL_API int32_t sl_nonnegative_least_squares(sl_work *work, int32_t count, int32_t rows,
-                                            const double *columns, const double *target, double *x,
-                                            double *residual);
-
 /* The side [cm] below which a box that tips within a time [s] grows so much that its acceleration
    may be rounding. */
 SL_API double sl_thin_side(double gravity, double seconds);

@@ -200,47 +200,4 @@ int32_t sl_held_group(sl_held *held, int32_t step, int32_t *group) {
     return found.count;
 }
 
-int32_t sl_closest_to_balance(sl_work *work, int32_t count, const double *lower,
-                              const double *upper, const double *weights, const double *offsets,
-                              int32_t size, const int32_t *items, int32_t patches,
-                              const int32_t *used, int32_t places, const double *corners,
-                              double grow, double *forces, sl_finding *found) {
-    *found = (sl_finding){SL_REFUSED, count, -1, 0, 0.0};
-    if (count < 0 || count > SL_MOST || size < 0 || size > count || patches < 0 || places < 0 ||
-        patches > INT32_MAX / 4) return SL_REFUSED;
-    for (int32_t n = 0; n < size; n++)
-        if (items[n] < 0 || items[n] >= count) return SL_REFUSED;
-    for (int32_t n = 0; n < patches; n++) {
-        const int32_t *own = used + 3 * (size_t)n;
-        if (own[0] < 0 || own[0] >= places || own[1] >= count || own[2] >= count)
-            return SL_REFUSED;
-    }
-    Mark before = mark(work);
-    Boxes boxes = boxes_of(count, lower, upper, weights, offsets, NULL);
-    boxes.contacts.size = places;
-    double (*own)[4] = boxes.contacts.patches = take(work, (uint64_t)places, sizeof *own);
-    Some some = {size, take(work, (uint64_t)size, sizeof *items)};
-    found->ended = SL_MEMORY;
-    if (own && some.of && !find_centres(work, &boxes)) {
-        if (places) memcpy(own, corners, (size_t)places * sizeof *own);
-        if (size) memcpy(some.of, items, (size_t)size * sizeof *items);
-        found->ended = come_closest(work, &boxes, some, patches, (const int32_t (*)[3])used, grow,
-                                    (double (*)[4])forces, found);
-    }
-    free_to(work, before);
-    return found->ended;
-}
-
-int32_t sl_nonnegative_least_squares(sl_work *work, int32_t count, int32_t rows,
-                                     const double *columns, const double *target, double *x,
-                                     double *residual) {
-    if (count < 0 || rows < 0) return SL_REFUSED;
-    Mark before = mark(work);
-    int32_t *blocks = take_zeros(work, (uint64_t)count, sizeof *blocks);
-    Problem problem = {count, rows, 1, rows, columns, blocks, target, x, residual};
-    int ended = blocks ? least_squares(work, &problem, NULL, 0) : SL_MEMORY;
-    free_to(work, before);
-    return ended;
-}
-
 double sl_thin_side(double gravity, double seconds) { return thin_side(gravity, seconds); }
