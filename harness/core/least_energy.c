@@ -1,4 +1,5 @@
-/* Forces of least energy of a load that grows: what was found before is changed, not found anew.
+/* Forces of least energy of a load that grows, sl_energy of forces.h: what was found before is
+   changed, not found anew.
 
    All forces follow from one multiplier an equation. The factors L D L' of the equations of these
    are kept: a corner that begins or ceases to press changes few columns of L (Gill, Golub, Murray

@@ -4,7 +4,8 @@
    event the group is at rest, and its accelerations follow from Gauss' principle of least
    constraint, as the residue of a non-negative least-squares problem for the contact forces. Until
    the next event, a gap that closes and takes all speed away, the boxes that push each other go on
-   as one pendulum does (pendulums.c). Boxes that stay at rest are not solved for. */
+   as one pendulum does (pendulums.c). Boxes that stay at rest are not solved for (carrying.c).
+   Called by timed.c. */
 #include "timed.h"
 
 /* Mass and moments of inertia of a box. */

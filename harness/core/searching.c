@@ -1,4 +1,5 @@
-/* Boxes loaded at given places, each as soon as it stands, in nearly the order of a plan. */
+/* Boxes loaded at given places, each as soon as it stands, in nearly the order of a plan: the
+   loadings of searching.h, on top of a session. */
 #include "searching.h"
 
 #define UNREACHED 9  /* how a box ended that cannot be let down to its place, or may not be there */

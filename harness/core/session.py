@@ -1,4 +1,4 @@
-"""Layouts in C that grow box by box: see steadyload.h and searching.h."""
+"""Layouts in C that grow box by box: see steadyload.h."""
 
 from __future__ import annotations
 

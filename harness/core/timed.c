@@ -4,7 +4,7 @@
    boxes at rest, and nothing of the group is out of balance, the step is stable. Where something
    is, its motion is asked for; the answer is kept until another group joins it, until a new weight
    is passed down to what moves or to what that leans on, or until a new box touches what moves or
-   stands where it came along. */
+   stands where it came along. Called by timed_api.c; motion.c follows the boxes. */
 #include "elementary.h"
 #include "timed.h"
 

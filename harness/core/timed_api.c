@@ -1,4 +1,5 @@
-/* What timed.h offers: loadings that are followed, or whose balance alone is asked for. */
+/* What timed.h offers: loadings that are followed (timed.c), or whose balance alone is looked at
+   (balance.c). */
 #include "timed.h"
 
 static const double *copy_of(sl_work *work, const double *values, int32_t rows, int columns) {
