@@ -1,16 +1,9 @@
 /* Boxes at rest, and whether they can carry what moving boxes press on them. Loads are passed on
    one way, from the highest base to the lowest. That proves that boxes stay at rest where it
-   succeeds; where it fails nothing is said, and the box has to be solved for. */
+   succeeds; where it fails nothing is said, and the box has to be solved for. Called by motion.c. */
 #include "timed.h"
 
 #define LEVEL 1e-12 /* share of a load: horizontal forces and twists below it are rounding */
-
-void free_it_and_those_above(Motion *m, int32_t item) {
-    const Contacts *c = &m->boxes->contacts;
-    m->role[item] = SOLVED;
-    for (int32_t k = c->above_starts[item]; k < c->above_ends[item]; k++)
-        if (c->above[k] <= m->step && !c->on_floor[c->above[k]]) m->role[c->above[k]] = SOLVED;
-}
 
 /* The load of a force downwards at a point, on one edge of the friction pyramid. */
 static void put_push(double unit[6], double x, double y, double z, int facet, double friction) {
@@ -89,7 +82,7 @@ static int pass_on(sl_work *work, Motion *m, int32_t item, const double load[6])
     if (!patches || !found || !below) return SL_MEMORY;
     for (int32_t k = first; k < end; k++) {
         int32_t carrier = c->below[k];
-        if (carrier <= m->step && carrier != FLOOR && m->role[carrier] == SOLVED) continue;
+        if (carrier <= m->step && carrier != FLOOR && m->role[carrier] == FREE) continue;
         memset(m->pressed[k], 0, sizeof *m->pressed);
         if (carrier > m->step) continue;
         memcpy(patches[count], c->patches[k], sizeof *patches), below[count++] = k;
@@ -120,7 +113,7 @@ static void put_load(const Motion *m, int32_t item, double load[6]) {
     load[5] -= weight * boxes->centres[item][0];
     for (int32_t k = c->above_starts[item]; k < c->above_ends[item]; k++) {
         int32_t other = c->above[k], patch = c->meets[k];
-        if (other > m->step || m->role[other] == SOLVED) continue;
+        if (other > m->step || m->role[other] == FREE) continue;
         if (m->role[other] == PASSED) {
             for (int n = 0; n < 6; n++) load[n] += m->pressed[patch][n];
         } else {

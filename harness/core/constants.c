@@ -1,5 +1,5 @@
 /* The constants that Python states, too: constants.py. They are compared when the library is
-   loaded. */
+   loaded (library.py). */
 #include "searching.h"
 #include "timed.h"
 

@@ -1,4 +1,4 @@
-/* Features of every step: a row of numbers a box, from the boxes placed by then.
+/* Features of every step, those of learned.h: a row of numbers a box, from the boxes placed by then.
 
    Of support: at step j the weight of box j goes down one way (the evenest pressure that has its
    resultant where it must be), and for every box that it reaches two quantities follow: how far
@@ -236,12 +236,7 @@ static void fill_row(const Steps *s, int32_t step, int32_t count, double row[SL_
 
 static int fill_table(sl_work *work, Boxes *boxes, double (*table)[SL_SUPPORT]) {
     uint64_t count = (uint64_t)boxes->count, room = 4 * count + 8;
-    const double (*low)[3] = boxes->lower, (*high)[3] = boxes->upper;
-    boxes->centres = take(work, count, sizeof *boxes->centres);
-    if (!boxes->centres || find_contacts(work, boxes)) return SL_MEMORY;
-    for (uint64_t j = 0; j < count; j++)
-        for (int c = 0; c < 3; c++)
-            boxes->centres[j][c] = 0.5 * (low[j][c] + high[j][c]) + boxes->offsets[j][c];
+    if (find_centres(work, boxes) || find_contacts(work, boxes)) return SL_MEMORY;
     boxes->presses = take_zeros(work, (uint64_t)boxes->contacts.size, sizeof *boxes->presses);
     Steps s = {
         .boxes = boxes, .state = take_zeros(work, count, sizeof *s.state),
@@ -264,10 +259,7 @@ int32_t sl_support_table(sl_work *work, int32_t count, const double *lower, cons
                          const double *weights, const double *offsets, const double *floor,
                          double *table) {
     if (count < 0 || count > SL_MOST) return SL_REFUSED;
-    Boxes boxes = {
-        .count = count, .weights = weights, .floor = floor, .lower = (const double (*)[3])lower,
-        .upper = (const double (*)[3])upper, .offsets = (const double (*)[3])offsets,
-    };
+    Boxes boxes = boxes_of(count, lower, upper, weights, offsets, floor);
     Mark before = mark(work);
     int32_t ended = fill_table(work, &boxes, (double (*)[SL_SUPPORT])table);
     free_to(work, before);

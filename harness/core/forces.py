@@ -1,4 +1,4 @@
-"""Forces in C by those who have the equations: see searching.h and timed.h."""
+"""Forces in C by those who have the equations: see forces.h."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-/* Places at which a box would lie on something and overlap nothing, the nearest ones first. */
+/* Places at which a box would lie on something and overlap nothing, the nearest ones first: those of
+   searching.h. */
 #include "searching.h"
 
 #define PARTS 1e3     /* of a cm, in which coordinates are that no other box has */
@@ -327,21 +328,6 @@ static bool is_good(const sl_wanted *wanted, int32_t count) {
     return count >= 0 && count <= SL_MOST && wanted->most >= 0 && wanted->most <= MOST_PLACES;
 }
 
-int32_t sl_nearest_places(sl_work *work, int32_t count, const double *lower, const double *upper,
-                          const double *centres, const double *sides, const double *offsets,
-                          const double *planned, const sl_wanted *wanted, int32_t turns,
-                          double *places, double *far) {
-    Others o = {count, (const double (*)[3])lower, (const double (*)[3])upper,
-                (const double (*)[3])centres, wanted};
-    if (!is_good(wanted, count) || turns < 1 || turns > 2) return -SL_REFUSED;
-    Mark before = mark(work);
-    int32_t found = 0;
-    int ended = nearest(work, &o, (const double (*)[3])sides, (const double (*)[3])offsets, planned,
-                        turns, (double (*)[4])places, far, &found);
-    free_to(work, before);
-    return ended ? -ended : found;
-}
-
 int32_t sl_free_places(sl_work *work, int32_t count, const double *lower, const double *upper,
                        const double *centres, const double *size, const double *middle,
                        const double *start, const sl_wanted *wanted, int32_t level_count,
@@ -384,10 +370,13 @@ int32_t sl_places_among(sl_work *work, const sl_boxes *boxes, const double *plac
         memcpy(sides[turn], boxes->sides + at, sizeof sides[turn]);
         memcpy(offsets[turn], boxes->offsets + at, sizeof offsets[turn]);
     }
-    int32_t made = -SL_MEMORY;
+    int32_t made = 0;
+    int ended = SL_MEMORY;
+    Others o = {others, (const double (*)[3])lower, (const double (*)[3])upper,
+                (const double (*)[3])centres, wanted};
     if (lower && upper && centres)
-        made = sl_nearest_places(work, others, lower[0], upper[0], centres[0], sides[0], offsets[0],
-                                 boxes->planned + 4 * (size_t)box, wanted, turns, found, far);
+        ended = nearest(work, &o, (const double (*)[3])sides, (const double (*)[3])offsets,
+                        boxes->planned + 4 * (size_t)box, turns, (double (*)[4])found, far, &made);
     free_to(work, before);
-    return made;
+    return ended ? -ended : made;
 }

@@ -1,10 +1,11 @@
-/* Forces of least energy of a load that grows: what was found before is changed, not found anew.
+/* Forces of least energy of a load that grows, sl_energy of forces.h: what was found before is
+   changed, not found anew.
 
    All forces follow from one multiplier an equation. The factors L D L' of the equations of these
    are kept: a corner that begins or ceases to press changes few columns of L (Gill, Golub, Murray
    and Saunders, Methods for modifying matrix factorizations, 1974, method C1; along the elimination
    tree as in Davis and Hager, Modifying a sparse Cholesky factorization, 1999). */
-#include "searching.h"
+#include "forces.h"
 
 #define TURNS 30     /* iterations, after which it is given up */
 #define ENOUGH 1e-10 /* what an equation may be left with, of what its box bears and stands on */

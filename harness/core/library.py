@@ -1,8 +1,9 @@
 """The C library: found, loaded, and its public functions told what they take.
 
 All that the headers beside this file declare with ``SL_API`` can be called: on :data:`LIBRARY`,
-which lets other threads run, and on :data:`HELD`, which does not. What has a state (a session, a
-loading, the forces of a growing load) is for one thread at a time, and is called on :data:`HELD`.
+which lets other threads run, and on :data:`HELD`, which does not. Short calls are on :data:`HELD`.
+What has a state (a session, a loading, the forces of a growing load) is for one thread at a time:
+every thread has its own.
 """
 
 from __future__ import annotations

@@ -185,7 +185,7 @@ class Loading:
         """Let all boxes that had no turn yet have theirs; False where it is first to be said
         whether one stays: ``sl_load``.
         """
-        ended = HELD.sl_load(self._loading, self._boxes.address, self._wishes_at, reorder, looks)
+        ended = LIBRARY.sl_load(self._loading, self._boxes.address, self._wishes_at, reorder, looks)
         return ended_well(ended, "boxes to load") == STANDS
 
     @property
@@ -220,7 +220,7 @@ class Loading:
             most: places that are looked for.
         """
         count, found = count_of("places", places), np.empty(most, np.int32)
-        made = HELD.sl_first_standing(
+        made = LIBRARY.sl_first_standing(
             self._loading, self._boxes.address, self._wishes_at, box, margin, count,
             array("places", places, count, 4), most, found.ctypes.data,
         )  # fmt: skip

@@ -1,5 +1,6 @@
-/* The margin of balance of a whole loading, in little more than one pass of equilibrium. */
-#include "searching.h"
+/* The margin of balance of a whole layout, sl_margin of steadyload.h, in little more than one pass of
+   equilibrium. */
+#include "internal.h"
 
 #define FINEST 1e-3   /* [cm] a margin is known so closely */
 #define FARTHEST 1e6  /* [cm] beyond this rounding would keep a halving from that */
@@ -38,19 +39,16 @@ static int halve(sl_work *work, Boxes *boxes, int32_t step, int32_t item, Search
    margin, too; only a step that fails there is halved. */
 static int search(sl_work *work, Boxes *boxes, Search *s) {
     Contacts *c = &boxes->contacts;
+    s->whole = take(work, (uint64_t)c->size, sizeof *s->whole);
+    if (!s->whole) return SL_MEMORY;
+    if (c->size) memcpy(s->whole, c->patches, (size_t)c->size * sizeof *s->whole);
     redraw(c, s, s->margin);
     Mark before = mark(work);
     for (int32_t step = 0; step < boxes->count; step++, free_to(work, before)) {
-        const double *low = boxes->lower[step], *high = boxes->upper[step];
-        const double *offset = boxes->offsets[step];
-        if (c->on_floor[step]) {
-            double across = 0.5 * (high[0] - low[0]) - size_of(offset[0]);
-            double along = 0.5 * (high[2] - low[2]) - size_of(offset[2]);
-            double own = most(least(across, along), 0.0);
-            if (own < s->margin) {
-                s->margin = own, s->at = s->first = step;
-                redraw(c, s, s->margin);
-            }
+        double own = most(inset(boxes, step), 0.0);
+        if (c->on_floor[step] && own < s->margin) {
+            s->margin = own, s->at = s->first = step;
+            redraw(c, s, s->margin);
         }
         Some items = {0, NULL};
         int32_t item;
@@ -66,37 +64,15 @@ static int search(sl_work *work, Boxes *boxes, Search *s) {
     return SL_STANDS;
 }
 
-static int begin(sl_work *work, Boxes *boxes, Search *s) {
-    Contacts *c = &boxes->contacts;
-    uint64_t count = (uint64_t)boxes->count;
-    boxes->centres = take(work, count, sizeof *boxes->centres);
-    boxes->moves = take_zeros(work, count, sizeof *boxes->moves);
-    if (!boxes->centres || !boxes->moves || find_contacts(work, boxes)) return SL_MEMORY;
-    for (int32_t j = 0; j < boxes->count; j++)
-        for (int k = 0; k < 3; k++)
-            boxes->centres[j][k] =
-                0.5 * (boxes->lower[j][k] + boxes->upper[j][k]) + boxes->offsets[j][k];
-    draw_in(c->patches, c->size, 0.0);
-    boxes->presses = take_zeros(work, (uint64_t)c->size, sizeof *boxes->presses);
-    boxes->changed = take(work, (uint64_t)c->size, sizeof *boxes->changed);
-    s->whole = take(work, (uint64_t)c->size, sizeof *s->whole);
-    if (!boxes->presses || !boxes->changed || !s->whole) return SL_MEMORY;
-    if (c->size) memcpy(s->whole, c->patches, (size_t)c->size * sizeof *s->whole);
-    return SL_STANDS;
-}
-
 int32_t sl_margin(sl_work *work, double most, int32_t count, const double *lower,
                   const double *upper, const double *weights, const double *offsets,
                   const double *floor, sl_finding *found) {
     *found = (sl_finding){SL_REFUSED, count, -1, 0, 0.0};
     if (count < 0 || count > SL_MOST || !(most >= 0.0 && most <= FARTHEST)) return SL_REFUSED;
     Mark before = mark(work);
-    Boxes boxes = {
-        .count = count, .weights = weights, .floor = floor, .lower = (const double (*)[3])lower,
-        .upper = (const double (*)[3])upper, .offsets = (const double (*)[3])offsets,
-    };
+    Boxes boxes = boxes_of(count, lower, upper, weights, offsets, floor);
     Search s = {NULL, most, -1, -1};
-    int ended = begin(work, &boxes, &s);
+    int ended = lay_out(work, &boxes, 0.0);
     if (!ended) ended = search(work, &boxes, &s);
     free_to(work, before);
     found->step = s.at, found->item = s.first, found->number = ended ? 0.0 : s.margin;

@@ -4,7 +4,8 @@
    event the group is at rest, and its accelerations follow from Gauss' principle of least
    constraint, as the residue of a non-negative least-squares problem for the contact forces. Until
    the next event, a gap that closes and takes all speed away, the boxes that push each other go on
-   as one pendulum does (pendulums.c). Boxes that stay at rest are not solved for. */
+   as one pendulum does (pendulums.c). Boxes that stay at rest are not solved for (carrying.c).
+   Called by timed.c. */
 #include "timed.h"
 
 /* Mass and moments of inertia of a box. */
@@ -22,7 +23,7 @@ static int find_free(sl_work *work, Motion *m) {
     int32_t count = 0;
     m->place = take(work, (uint64_t)boxes->count, sizeof *m->place);
     if (!m->place) return SL_MEMORY;
-    for (int32_t j = 0; j < boxes->count; j++) m->place[j] = m->role[j] == SOLVED ? count++ : -1;
+    for (int32_t j = 0; j < boxes->count; j++) m->place[j] = m->role[j] == FREE ? count++ : -1;
     m->count = count, m->mean = 0.0;
     m->free = take(work, (uint64_t)count, sizeof *m->free);
     m->mass = take(work, (uint64_t)count, sizeof *m->mass);
@@ -102,7 +103,7 @@ static void wake(Motion *m) {
 /* Forgets what was passed on; free boxes stay so. */
 static void forget(Motion *m) {
     for (int32_t j = 0; j < m->boxes->count; j++)
-        if (m->role[j] != SOLVED) m->role[j] = AT_EASE;
+        if (m->role[j] != FREE) m->role[j] = AT_EASE;
 }
 
 /* Enlarges how far any corner of a body came along every axis. */
@@ -132,7 +133,7 @@ static int list_new_points(sl_timed *timed, Motion *m) {
     int32_t recalled = m->points.count;
     for (int32_t n = 0; n < m->group.count; n++) {
         int32_t item = m->group.of[n];
-        if (m->role[item] == SOLVED && !m->listed[item] && list_points(timed->work, m, item))
+        if (m->role[item] == FREE && !m->listed[item] && list_points(timed->work, m, item))
             return SL_MEMORY;
     }
     for (int32_t k = recalled; k < m->points.count; k++)
@@ -174,7 +175,7 @@ static int solve_moment(sl_timed *timed, Motion *m, Mark *top) {
         if (pass_on_loads(work, m, &failed)) return SL_MEMORY;
         if (failed < 0) return SL_STANDS;
         forget(m);
-        free_it_and_those_above(m, failed);
+        free_with_those_above(&m->boxes->contacts, m->role, m->step, failed);
     }
 }
 
@@ -213,7 +214,7 @@ int follow(sl_timed *timed, Motion *m) {
     if (take_room(work, m)) return SL_MEMORY;
     for (int32_t n = 0; n < m->group.count; n++) {
         m->within[m->group.of[n]] = true;
-        if (timed->boxes.moves[m->group.of[n]]) m->role[m->group.of[n]] = SOLVED;
+        if (timed->boxes.moves[m->group.of[n]]) m->role[m->group.of[n]] = FREE;
     }
     Mark top = mark(work);
     for (int event = 0; event < EVENTS; event++) {

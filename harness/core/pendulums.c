@@ -1,4 +1,4 @@
-/* Pendulums that boxes which push each other move as, until a gap closes. */
+/* Pendulums that boxes which push each other move as, until a gap closes. Called by motion.c. */
 #include "elementary.h"
 #include "timed.h"
 

@@ -1,4 +1,4 @@
-/* Margins and pressures in the horizontal plane. */
+/* Margins and pressures in the horizontal plane. Called by features.c and tipping.c. */
 #include "learned.h"
 
 #define ROUNDS 6 /* of leaving out points that would pull */

@@ -1,4 +1,5 @@
-/* Boxes loaded at given places, each as soon as it stands, in nearly the order of a plan. */
+/* Boxes loaded at given places, each as soon as it stands, in nearly the order of a plan: the
+   loadings of searching.h, on top of a session. */
 #include "searching.h"
 
 #define UNREACHED 9  /* how a box ended that cannot be let down to its place, or may not be there */
@@ -100,8 +101,8 @@ static bool is_reachable(const sl_loading *l, const sl_boxes *boxes, int32_t box
     const double *planned = boxes->planned;
     bool as_planned = is_same(l->tried[box], planned + 4 * (size_t)box);
     double x1 = at[0] + at[3], top = at[1] + at[4], z1 = at[2] + at[5];
-    for (int32_t k = 0; k < s->count; k++) {
-        const double *low = s->lower[k], *high = s->upper[k];
+    for (int32_t k = 0; k < s->boxes.count; k++) {
+        const double *low = s->boxes.lower[k], *high = s->boxes.upper[k];
         if (low[1] < top - TOLERANCE) continue;
         double across = least(high[0], x1) - most(low[0], at[0]);
         double along = least(high[2], z1) - most(low[2], at[2]);
@@ -127,7 +128,7 @@ static int put(sl_loading *l, const sl_boxes *boxes, int32_t box) {
 /* Notes whether a box stands that was tried. */
 static void note(sl_loading *l, int32_t box, bool stands, bool reorder) {
     if (stands) {
-        l->order[l->session->count - 1] = box;
+        l->order[l->session->boxes.count - 1] = box;
         if (l->again >= 0) {
             l->stuck--;
             for (int32_t k = l->again; k < l->stuck; k++) l->waiting[k] = l->waiting[k + 1];
@@ -152,7 +153,8 @@ static bool begin_turn(sl_loading *l, const sl_boxes *boxes, const sl_wishes *wi
     if (l->stuck) memcpy(l->then + start, l->waiting, (size_t)l->stuck * sizeof *l->then);
     memcpy(l->tried[box], wishes->places + 4 * (size_t)box, 4 * sizeof **l->tried);
     l->tried[box][4] = margin_of(boxes, wishes, box);
-    l->then_starts[box] = start, l->loaded[box] = l->session->count, l->waited[box] = l->stuck;
+    l->then_starts[box] = start, l->waited[box] = l->stuck;
+    l->loaded[box] = l->session->boxes.count;
     l->next = box + 1;
     return true;
 }
@@ -188,14 +190,14 @@ int32_t sl_looked_at(const sl_loading *l) {
 int32_t sl_said(sl_loading *l, int32_t stays, int32_t reorder) {
     int32_t box = sl_looked_at(l);
     if (box < 0) return SL_REFUSED;
-    if (!stays) sl_cut(l->session, l->session->count - 1);
+    if (!stays) sl_cut(l->session, l->session->boxes.count - 1);
     note(l, box, stays != 0, reorder != 0);
     l->looking = false;
     return SL_STANDS;
 }
 
 void sl_loaded(const sl_loading *l, int32_t *order, int32_t *waiting, int32_t *counts) {
-    counts[0] = l->session->count - l->looking, counts[1] = l->stuck;
+    counts[0] = l->session->boxes.count - l->looking, counts[1] = l->stuck;
     if (order && counts[0]) memcpy(order, l->order, (size_t)counts[0] * sizeof *order);
     if (waiting && l->stuck) memcpy(waiting, l->waiting, (size_t)l->stuck * sizeof *waiting);
 }

@@ -1,4 +1,4 @@
-"""Layouts in C that grow box by box: see steadyload.h and searching.h."""
+"""Layouts in C that grow box by box: see steadyload.h."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import numpy as np
 from steadyload.core.library import (
     FINDING,
     HELD,
+    LIBRARY,
     Finding,
     Kept,
     Scratch,
@@ -167,7 +168,7 @@ class Session(Reading):
         count = count_of("positions", positions)
         at, found = array("positions", positions, count, 3), np.empty(count, np.int8)
         self._write(box)
-        ended = HELD.sl_stand(
+        ended = LIBRARY.sl_stand(
             self._session, self._box_at, rule, alpha, count, at, found.ctypes.data
         )
         ended_well(ended, "positions of a box")

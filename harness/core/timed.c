@@ -4,39 +4,18 @@
    boxes at rest, and nothing of the group is out of balance, the step is stable. Where something
    is, its motion is asked for; the answer is kept until another group joins it, until a new weight
    is passed down to what moves or to what that leans on, or until a new box touches what moves or
-   stands where it came along. */
+   stands where it came along. Called by timed_api.c; motion.c follows the boxes. */
 #include "elementary.h"
 #include "timed.h"
 
 #define HALF_TURN 3.141592653589793
 
-/* Centres of mass of boxes; NULL without memory. */
-double (*centres_of(sl_work *work, const Boxes *boxes))[3] {
-    double (*made)[3] = take(work, (uint64_t)boxes->count, sizeof *made);
-    for (int32_t j = 0; made && j < boxes->count; j++)
-        for (int c = 0; c < 3; c++)
-            made[j][c] = 0.5 * (boxes->lower[j][c] + boxes->upper[j][c]) + boxes->offsets[j][c];
-    return made;
-}
-
-/* A loading of which nothing is placed yet, in memory of its work; false where there is none. */
-bool lay_out(sl_timed *t, int32_t count, const double *lower, const double *upper,
-             const double *weights, const double *offsets, const double *floor, double margin) {
+/* Makes room for what is known of the motions of a loading that is laid out. */
+int begin_to_follow(sl_timed *t) {
     sl_work *work = t->work;
-    uint64_t many = (uint64_t)count;
     Boxes *b = &t->boxes;
-    *b = (Boxes){
-        .count = count, .weights = weights, .floor = floor, .lower = (const double (*)[3])lower,
-        .upper = (const double (*)[3])upper, .offsets = (const double (*)[3])offsets,
-    };
-    b->centres = centres_of(work, b);
-    if (!b->centres || find_contacts(work, b)) return false;
-    uint64_t patches = (uint64_t)b->contacts.size;
-    draw_in(b->contacts.patches, b->contacts.size, margin);
-    b->presses = take_zeros(work, patches, sizeof *b->presses);
-    b->changed = take_zeros(work, patches, sizeof *b->changed);
-    b->pressing = take_zeros(work, patches, sizeof *b->pressing);
-    b->moves = take_zeros(work, many, sizeof *b->moves);
+    uint64_t many = (uint64_t)b->count;
+    b->pressing = take_zeros(work, (uint64_t)b->contacts.size, sizeof *b->pressing);
     t->pushes = take_zeros(work, (many + 1) * (many + 1), sizeof *t->pushes);
     t->answers = take_zeros(work, many, sizeof *t->answers);
     t->solved = take_zeros(work, many, sizeof *t->solved);
@@ -45,8 +24,9 @@ bool lay_out(sl_timed *t, int32_t count, const double *lower, const double *uppe
     t->beyond = take_zeros(work, many, sizeof *t->beyond);
     t->counts[0] = t->counts[1] = 0;
     t->spent[0] = 0.0, t->spent[1] = (double)INFINITY;
-    return b->presses && b->changed && b->pressing && b->moves && t->pushes && t->answers &&
-           t->solved && t->leans && t->farthest && t->beyond;
+    bool good = b->pressing && t->pushes && t->answers && t->solved && t->leans && t->farthest &&
+                t->beyond;
+    return good ? SL_STANDS : SL_MEMORY;
 }
 
 /* Whether a box that moved touches the new one, or came as far as that. */

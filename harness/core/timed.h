@@ -101,26 +101,6 @@ SL_API int32_t sl_held_place(sl_held *held, int32_t step, int32_t *item);
    in order: into `group` (room for J). How many there are, -1 without memory. */
 SL_API int32_t sl_held_group(sl_held *held, int32_t step, int32_t *group);
 
-/* Forces [kg] at the corners (x0, z0), (x0, z1), (x1, z0), (x1, z1) of patches that come closest to
-   balancing some `items` (size) of J boxes, by solving for all of them: `forces` (patches, 4).
-   `used` (patches, 3): of every patch its place in `corners` (places, 4: x0, z0, x1, z1), the box
-   above and the one below, -1 for the floor; a box that is none of the items is firm. `grow`: how
-   much wider every patch counts on each side [cm]. found->ended and item as of balance, item the
-   one that starts fastest; found->number is 1 where the search ended, else 0. Numbers of boxes and
-   patches that do not exist are refused. */
-SL_API int32_t sl_closest_to_balance(sl_work *work, int32_t count, const double *lower,
-                                     const double *upper, const double *weights,
-                                     const double *offsets, int32_t size, const int32_t *items,
-                                     int32_t patches, const int32_t *used, int32_t places,
-                                     const double *corners, double grow, double *forces,
-                                     sl_finding *found);
-
-/* The x >= 0 (count) with the least squares of target (rows) less the sum of x times columns
-   (count, rows), and what is left over (rows). SL_STANDS, SL_UNRESOLVED where it gave up. */
-SL_API int32_t sl_nonnegative_least_squares(sl_work *work, int32_t count, int32_t rows,
-                                            const double *columns, const double *target, double *x,
-                                            double *residual);
-
 /* The side [cm] below which a box that tips within a time [s] grows so much that its acceleration
    may be rounding. */
 SL_API double sl_thin_side(double gravity, double seconds);
@@ -137,8 +117,6 @@ typedef struct {
     double *gaps;         /* how far the faces are apart there now [cm] */
     bool (*pushed)[4];    /* by edge of the friction pyramid, when last solved for */
 } Points;
-
-enum { AT_EASE, SOLVED, PASSED, PENDING }; /* a box: at rest, free, its load passed on, or to be */
 
 /* Boxes of a group that move, and what they meet. A load has six numbers: force (x, y, z) [kg] and
    its moment about the origin [kg cm]; a way too: displacement [cm] and turn [rad]. */
@@ -178,9 +156,7 @@ struct sl_timed {
 #define FAR 25.0                /* keeps a light pendulum from overflowing; it has tipped anyway */
 #define STILL 1e-12             /* share of the largest energy below which a box is at rest */
 
-double (*centres_of(sl_work *work, const Boxes *boxes))[3];
-bool lay_out(sl_timed *timed, int32_t count, const double *lower, const double *upper,
-             const double *weights, const double *offsets, const double *floor, double margin);
+int begin_to_follow(sl_timed *timed);
 int moving_group(sl_timed *timed, int32_t step, bool *kept, Some *group);
 int moved_group(sl_timed *timed, int32_t step, Some group, const sl_how *how, sl_moved *found);
 int place_next(sl_timed *timed, int32_t step, const sl_how *how, sl_moved *found);
@@ -199,7 +175,6 @@ void merge(int32_t *cluster, int32_t count, int32_t a, int32_t b);
 int find_growth(sl_work *work, const Motion *m, const double (*rates)[6], double *growth);
 int coast(sl_work *work, Motion *m, const double (*rates)[6], const double *growth, double left,
           double *passed);
-void free_it_and_those_above(Motion *m, int32_t item);
 int pass_on_loads(sl_work *work, Motion *m, int32_t *failed);
 
 #endif

@@ -1,11 +1,25 @@
-/* What timed.h offers: loadings that are followed, or whose balance alone is asked for. */
+/* What timed.h offers: loadings that are followed (timed.c), or whose balance alone is looked at
+   (balance.c). */
 #include "timed.h"
 
-static double *copy_of(sl_work *work, const double *values, int32_t rows, int columns) {
+static const double *copy_of(sl_work *work, const double *values, int32_t rows, int columns) {
     uint64_t count = (uint64_t)rows * (uint64_t)columns;
     double *made = take(work, count, sizeof *made);
     if (made && count) memcpy(made, values, (size_t)count * sizeof *made);
     return made;
+}
+
+/* Lays out copies of the boxes of a layout. */
+static int lay_out_copies(sl_work *work, Boxes *boxes, double margin) {
+    int32_t count = boxes->count;
+    *boxes = boxes_of(
+        count, copy_of(work, (const double *)boxes->lower, count, 3),
+        copy_of(work, (const double *)boxes->upper, count, 3),
+        copy_of(work, boxes->weights, count, 1),
+        copy_of(work, (const double *)boxes->offsets, count, 3),
+        copy_of(work, boxes->floor, 1, 5));
+    bool good = boxes->lower && boxes->upper && boxes->weights && boxes->offsets && boxes->floor;
+    return good ? lay_out(work, boxes, margin) : SL_MEMORY;
 }
 
 sl_timed *sl_timed_new(int32_t count, const double *lower, const double *upper,
@@ -14,14 +28,10 @@ sl_timed *sl_timed_new(int32_t count, const double *lower, const double *upper,
     if (count < 0 || count > SL_MOST) return NULL;
     sl_timed *timed = sl_allocate(sizeof *timed);
     if (!timed) return NULL;
-    sl_work *work = timed->work = sl_work_new();
-    if (work) {
-        lower = copy_of(work, lower, count, 3), upper = copy_of(work, upper, count, 3);
-        weights = copy_of(work, weights, count, 1), offsets = copy_of(work, offsets, count, 3);
-        floor = copy_of(work, floor, 1, 5);
-        if (lower && upper && weights && offsets && floor &&
-            lay_out(timed, count, lower, upper, weights, offsets, floor, margin)) return timed;
-    }
+    timed->work = sl_work_new();
+    timed->boxes = boxes_of(count, lower, upper, weights, offsets, floor);
+    if (timed->work && !lay_out_copies(timed->work, &timed->boxes, margin) &&
+        !begin_to_follow(timed)) return timed;
     sl_timed_free(timed);
     return NULL;
 }
@@ -36,7 +46,7 @@ void sl_timed_look(const sl_timed *timed, sl_timed_view *view) {
     const Boxes *boxes = &timed->boxes;
     const Contacts *c = &boxes->contacts;
     *view = (sl_timed_view){
-        .count = boxes->count, .patches = (int32_t)c->size,
+        .count = boxes->count, .patches = c->size,
         .on_floor = (const uint8_t *)c->on_floor, .starts = c->starts, .ends = c->ends,
         .below = c->below,
         .corners = (const double *)c->patches, .above_starts = c->above_starts,
@@ -108,8 +118,9 @@ int32_t sl_first_moved(sl_work *work, int32_t count, const double *lower, const 
     if (count < 0 || count > SL_MOST) return SL_REFUSED;
     Mark before = mark(work);
     sl_timed timed = {.work = work};
+    timed.boxes = boxes_of(count, lower, upper, weights, offsets, floor);
     found->ended = SL_MEMORY;
-    if (lay_out(&timed, count, lower, upper, weights, offsets, floor, 0.0)) {
+    if (!lay_out(work, &timed.boxes, 0.0) && !begin_to_follow(&timed)) {
         timed.spent[1] = limit;
         first_moved(&timed, 0, count, how, found);
     }
@@ -140,32 +151,18 @@ sl_held *sl_held_new(int32_t count, const double *lower, const double *upper,
     if (count < 0 || count > SL_MOST) return NULL;
     sl_held *held = sl_allocate(sizeof *held);
     if (!held) return NULL;
-    sl_work *work = held->work = sl_work_new();
-    Boxes *b = &held->boxes;
-    if (work) {
-        *b = (Boxes){
-            .count = count, .whole = true, .weights = copy_of(work, weights, count, 1),
-            .lower = (const double (*)[3])copy_of(work, lower, count, 3),
-            .upper = (const double (*)[3])copy_of(work, upper, count, 3),
-            .offsets = (const double (*)[3])copy_of(work, offsets, count, 3),
-            .floor = copy_of(work, floor, 1, 5),
-        };
-        b->moves = take_zeros(work, (uint64_t)count, sizeof *b->moves);
-    }
-    if (work && b->weights && b->lower && b->upper && b->offsets && b->floor && b->moves &&
-        !find_contacts(work, b)) {
-        draw_in(b->contacts.patches, b->contacts.size, margin);
-        b->centres = centres_of(work, b);
-        b->presses = take_zeros(work, (uint64_t)b->contacts.size, sizeof *b->presses);
-        b->changed = take_zeros(work, (uint64_t)b->contacts.size, sizeof *b->changed);
-        if (b->centres && b->presses && b->changed) return held;
+    held->work = sl_work_new();
+    held->boxes = boxes_of(count, lower, upper, weights, offsets, floor);
+    if (held->work && !lay_out_copies(held->work, &held->boxes, margin)) {
+        held->boxes.whole = true;
+        return held;
     }
     sl_held_free(held);
     return NULL;
 }
 
 const double *sl_held_presses(const sl_held *held, int32_t *patches) {
-    *patches = (int32_t)held->boxes.contacts.size;
+    *patches = held->boxes.contacts.size;
     return (const double *)held->boxes.presses;
 }
 
@@ -202,53 +199,6 @@ int32_t sl_held_group(sl_held *held, int32_t step, int32_t *group) {
     else memcpy(group, found.of, (size_t)found.count * sizeof *group);
     free_to(held->work, before);
     return found.count;
-}
-
-int32_t sl_closest_to_balance(sl_work *work, int32_t count, const double *lower,
-                              const double *upper, const double *weights, const double *offsets,
-                              int32_t size, const int32_t *items, int32_t patches,
-                              const int32_t *used, int32_t places, const double *corners,
-                              double grow, double *forces, sl_finding *found) {
-    *found = (sl_finding){SL_REFUSED, count, -1, 0, 0.0};
-    if (count < 0 || count > SL_MOST || size < 0 || size > count || patches < 0 || places < 0 ||
-        patches > INT32_MAX / 4) return SL_REFUSED;
-    for (int32_t n = 0; n < size; n++)
-        if (items[n] < 0 || items[n] >= count) return SL_REFUSED;
-    for (int32_t n = 0; n < patches; n++) {
-        const int32_t *own = used + 3 * (size_t)n;
-        if (own[0] < 0 || own[0] >= places || own[1] >= count || own[2] >= count)
-            return SL_REFUSED;
-    }
-    Mark before = mark(work);
-    Boxes boxes = {
-        .count = count, .weights = weights, .lower = (const double (*)[3])lower,
-        .upper = (const double (*)[3])upper, .offsets = (const double (*)[3])offsets,
-    };
-    boxes.contacts.size = places;
-    double (*own)[4] = boxes.contacts.patches = take(work, (uint64_t)places, sizeof *own);
-    boxes.centres = centres_of(work, &boxes);
-    Some some = {size, take(work, (uint64_t)size, sizeof *items)};
-    found->ended = SL_MEMORY;
-    if (own && boxes.centres && some.of) {
-        if (places) memcpy(own, corners, (size_t)places * sizeof *own);
-        if (size) memcpy(some.of, items, (size_t)size * sizeof *items);
-        found->ended = come_closest(work, &boxes, some, patches, (const int32_t (*)[3])used, grow,
-                                    (double (*)[4])forces, found);
-    }
-    free_to(work, before);
-    return found->ended;
-}
-
-int32_t sl_nonnegative_least_squares(sl_work *work, int32_t count, int32_t rows,
-                                     const double *columns, const double *target, double *x,
-                                     double *residual) {
-    if (count < 0 || rows < 0) return SL_REFUSED;
-    Mark before = mark(work);
-    int32_t *blocks = take_zeros(work, (uint64_t)count, sizeof *blocks);
-    Problem problem = {count, rows, 1, rows, columns, blocks, target, x, residual};
-    int ended = blocks ? least_squares(work, &problem, NULL, 0) : SL_MEMORY;
-    free_to(work, before);
-    return ended;
 }
 
 double sl_thin_side(double gravity, double seconds) { return thin_side(gravity, seconds); }

@@ -1,4 +1,5 @@
-/* How far a box that tips, or that nothing supports, gets until something is in its way. */
+/* How far a box that tips, or that nothing supports, gets until something is in its way. Called by
+   features.c. */
 #include "elementary.h"
 #include "learned.h"
 

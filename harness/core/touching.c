@@ -1,4 +1,5 @@
-/* Points where a box touches others, or soon may: on tops and bases, and on faces at sides. */
+/* Points where a box touches others, or soon may: on tops and bases, and on faces at sides. Called
+   by motion.c. */
 #include "timed.h"
 
 /* Room for so many points; those there are stay. */

@@ -1,4 +1,4 @@
-"""Whole layouts in C, one or many: see steadyload.h and, of margins, searching.h."""
+"""Whole layouts in C, one or many: see steadyload.h."""
 
 from __future__ import annotations
 
