@@ -96,8 +96,7 @@ def test_a_check_of_one_pallet_imports_what_it_needs(tmp_path, boxes):
     done = fresh("-X", "importtime", "-c", code, "check", str(tmp_path / "one.json"))
     assert "1 pallet: 1 stand" in done.stdout
     loaded = re.findall(r"^import time: .*\| +(\S+)$", done.stderr, re.MULTILINE)
-    assert loaded.count("numba") == 1, "where the pallet is judged"
-    assert not {"pandas", "pyarrow", "scipy.optimize", "scipy.special"} & set(loaded)
+    assert not {"numba", "pandas", "pyarrow", "scipy.optimize", "scipy.special"} & set(loaded)
 
 
 def test_a_check_of_one_pallet_says_that_it_compiles(tmp_path):
@@ -106,9 +105,9 @@ def test_a_check_of_one_pallet_says_that_it_compiles(tmp_path):
     layouts = [Layout("one", Pallet(80.0, 80.0, 80.0), boxes)]
     write_layouts(tmp_path / "one.json", layouts, Format.NATIVE)
     code = "import sys; from steadyload.cli import main; sys.exit(main(sys.argv[1:]))"
-    words = ("-c", code, "check", "-m", "ps3@mujoco", str(tmp_path / "one.json"))
+    words = ("-c", code, "check", "-m", "label@reference", str(tmp_path / "one.json"))
     place = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "compiled")}
-    said = [fresh(*words, env=place).stderr.count("compiling the kernels") for _ in range(2)]
+    said = [fresh(*words, env=place).stderr.count("compiling the reference") for _ in range(2)]
     assert said == [1, 0]
 
 

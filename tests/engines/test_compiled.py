@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 
 from steadyload import compilation
-from steadyload.core import constants
 from steadyload.engines.reference import compiled
 
 
