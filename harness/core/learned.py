@@ -1,4 +1,4 @@
-"""What learned methods judge by, in C, one layout at a time: see learned.h.
+"""Features, ranges and networks of learned methods in C, one layout at a time: see learned.h.
 
 What is filled is C-contiguous and of type float64, where nothing else is said.
 """
@@ -48,7 +48,7 @@ def support_features(given: Given) -> Any:
 
 
 def quantities(given: Given) -> Any:
-    """What training has ranges of, of every box, (J, QUANTITIES): ``sl_quantities``."""
+    """Quantities of every box that training has ranges of, (J, QUANTITIES): ``sl_quantities``."""
     found = np.empty((len(given), QUANTITIES))
     LIBRARY.sl_quantities(*given.addresses, found.ctypes.data)
     return found

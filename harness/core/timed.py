@@ -53,7 +53,7 @@ class _MovedInC(ct.Structure):
     ]
 
     def read(self, what: str) -> Moved:
-        """What C has put here, unless it ended without an answer."""
+        """The numbers that C has put here, unless it ended without an answer."""
         ended = ended_well(self.ended, what)
         return Moved(ended, self.step, self.item, self.shift, self.turn, self.beyond)
 
@@ -198,7 +198,7 @@ class _ViewInC(ct.Structure):
 
 
 class _Seen:
-    """What an array in C looks like to NumPy; it is not freed as long as it can be seen."""
+    """An array in C as NumPy sees it; it is not freed as long as it can be seen."""
 
     def __init__(self, kept: Kept, address: int, kind: Any, shape: tuple[int, ...]) -> None:
         self._kept = kept

@@ -29,7 +29,7 @@ def tiny(tmp_path, monkeypatch):
     """A package whose one part is all that there is; returns how a new process begins."""
     (tmp_path / "tiny_part.py").write_text(PACKAGE)
     monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.setattr(warm_up, "PARTS", ("tiny_part:PART",))
+    monkeypatch.setattr(warm_up, "PART", "tiny_part:PART")
     monkeypatch.setattr(logging.getLogger("steadyload.compilation"), "disabled", False)
 
     def begins():
