@@ -23,7 +23,6 @@ _METHODS = {"methods", "engines", "statics", "time_limit", *_LAYOUTS}
 _RUNS = {"runs", "reports", *_METHODS}
 _LIBRARIES = {
     "labelling",
-    "compilation",
     "tuning",
     "properties",
     "learners",
@@ -45,10 +44,9 @@ ALLOWED = {
     "config": {"engines", "numbers", "errors", "escaping"},
     "time_limit": {"errors", "numbers"},
     "reports": {"reports", "statistics", "atomic", "errors", "escaping", "reading"},
-    "compilation": set(),
     "core": {"core", "errors"},
     "statics": {"statics", "engines", "time_limit", *_LAYOUTS},
-    "engines": {"engines", "compilation", "plugins"},
+    "engines": {"engines", "plugins"},
     "atomic": {"errors"},
     "reading": {"errors", "escaping"},
     "stored": {"atomic", "errors", "escaping", "reading"},

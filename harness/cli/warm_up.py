@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from steadyload.cli.terminal import print_table, say, study_progress
 
 if TYPE_CHECKING:
-    from steadyload.compilation import Part
+    from steadyload.engines.reference.compilation import Part
 
 PART = "steadyload.engines.reference.compiled:PART"
 """Import path of what numba compiles."""
