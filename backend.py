@@ -20,12 +20,12 @@ def building():
 
 
 def get_requires_for_build_wheel(config_settings=None):
-    """What setuptools needs, and a compiler."""
+    """The requirements of setuptools, and a compiler."""
     return build_meta.get_requires_for_build_wheel(config_settings) + _compiler()
 
 
 def get_requires_for_build_editable(config_settings=None):
-    """What setuptools needs, and a compiler."""
+    """The requirements of setuptools, and a compiler."""
     return build_meta.get_requires_for_build_editable(config_settings) + _compiler()
 
 

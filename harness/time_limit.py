@@ -5,7 +5,7 @@ does. So CPU time ends a judgement, and a busy machine changes no verdict. Wall 
 and computes nothing.
 
 Whose CPU time counts depends on where it is judged. In a thread of a service it is that of the
-thread: threads that judge side by side do not charge one another. All engines and kernels compute
+thread: threads that judge side by side do not charge one another. All engines and the core compute
 in the thread that calls them, but Rapier, which computes in a thread of its own: in a service, only
 the backstop ends it at the right order of time. A process that multiprocessing started, as workers
 of a pool are, judges one thing at a time in its main thread; all of its CPU time counts there.

@@ -194,7 +194,7 @@ def _skipped_without_an_engine(report, at):
 @pytest.fixture(scope="session", autouse=True)
 def _compiling_quietly() -> Iterator[None]:
     """Let commands in this process say nothing of what the first run of a clone compiles."""
-    log = logging.getLogger("steadyload.compilation")
+    log = logging.getLogger("steadyload.engines.reference.compilation")
     log.disabled = True
     yield
     log.disabled = False

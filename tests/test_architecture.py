@@ -16,14 +16,13 @@ FOLDERS = {"harness": "", "engines": "engines.", "learners": "learners.", "repor
 """Folder of the repository -> where it is installed below ``steadyload``."""
 
 _LAYOUTS = {
-    "core", "layouts", "statics.kernels", "statistics", "atomic", "errors", "escaping", "numbers",
+    "core", "layouts", "statistics", "atomic", "errors", "escaping", "numbers",
     "reading", "stored", "notebook", "plugins", "progress", "config",
 }  # fmt: skip
 _METHODS = {"methods", "engines", "statics", "time_limit", *_LAYOUTS}
 _RUNS = {"runs", "reports", *_METHODS}
 _LIBRARIES = {
     "labelling",
-    "compilation",
     "tuning",
     "properties",
     "learners",
@@ -45,11 +44,9 @@ ALLOWED = {
     "config": {"engines", "numbers", "errors", "escaping"},
     "time_limit": {"errors", "numbers"},
     "reports": {"reports", "statistics", "atomic", "errors", "escaping", "reading"},
-    "compilation": set(),
     "core": {"core", "errors"},
-    "statics.kernels": {"statics.kernels", "core", "compilation"},
     "statics": {"statics", "engines", "time_limit", *_LAYOUTS},
-    "engines": {"engines", "compilation", "plugins"},
+    "engines": {"engines", "plugins"},
     "atomic": {"errors"},
     "reading": {"errors", "escaping"},
     "stored": {"atomic", "errors", "escaping", "reading"},
@@ -68,9 +65,6 @@ ALLOWED = {
     "studies": {"studies", "app", "reports", *_LIBRARIES},
     "cli": {"cli", "studies", "app", "reports", *_LIBRARIES},
 }
-
-KERNELS = "statics.kernels"
-"""The one folder of a package that is a floor of its own."""
 
 ROOMS = {
     "core": set(),
@@ -153,8 +147,8 @@ def imports(path, known):
 
 
 def floor(name):
-    """The package of a module; layouts stand between kernels and the rest of statics."""
-    return KERNELS if f"{name}.".startswith(f"{KERNELS}.") else name.partition(".")[0]
+    """The package of a module."""
+    return name.partition(".")[0]
 
 
 @cache
@@ -248,8 +242,8 @@ def test_every_room_of_a_package_is_listed():
          "reports.table imports layouts.model.layout"),
         ("harness/app/recommend/front.py", "from steadyload.reports.table import percent",
          "app.recommend.front computes, and imports reports.table"),
-        ("harness/statics/kernels/cells.py", "import steadyload.layouts.model.layout",
-         "statics.kernels.cells imports layouts.model.layout"),
+        ("harness/core/whole.py", "import steadyload.layouts.model.layout",
+         "core.whole imports layouts.model.layout"),
         ("harness/layouts/model/contacts.py", "import steadyload.statics.balance",
          "layouts.model.contacts imports statics.balance"),
         ("engines/errors.py", "if TYPE_CHECKING:\n    from steadyload.engines.world import World",
@@ -402,7 +396,6 @@ FREE = {
     "atomic": "writes",
     "tuning.ledger": "writes",
     "engines.reference.compiled": "the source of the program",
-    "statics.kernels.compiled": "the source of the program",
     "runs.provenance": "the source of the program, and the kind of processor",
     "engines.checks.protocol": "the memory of this process",
     "studies.scale.needs": "the memory of this process",

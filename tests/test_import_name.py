@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import steadyload.reports.style
-import steadyload.statics.kernels
+import steadyload.statics.bearing
 
 ROOT = Path(__file__).parents[1]
 LINKS = ROOT / ".src" / "steadyload"
@@ -42,7 +42,7 @@ def test_every_package_is_linked():
 
 
 def test_packages_are_imported_through_the_links():
-    for module in (steadyload, steadyload.statics.kernels, steadyload.reports.style):
+    for module in (steadyload, steadyload.statics.bearing, steadyload.reports.style):
         assert Path(module.__file__).is_relative_to(LINKS)
 
 

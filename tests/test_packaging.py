@@ -1,6 +1,7 @@
 """One name at top level: what the wheel holds, and what stands beside a user's script."""
 
 import itertools
+import json
 import os
 import re
 import shutil
@@ -282,3 +283,36 @@ def test_a_lock_file_names_all_that_is_asked_for_with_hashes(file, project):
     ]
     assert {requirement.name.lower() for requirement in asked} <= locked
     assert ("torch" in locked) == ("numba" in locked) == file.stem.startswith("all")
+
+
+@pytest.mark.parametrize("compiler", ["", "clang"])
+def test_pip_is_asked_for_a_compiler_where_there_is_none_and_only_there(
+    tmp_path, project, compiler
+):
+    if compiler:
+        (tmp_path / compiler).write_text("#!/bin/sh\n")
+        (tmp_path / compiler).chmod(0o755)
+    code = (
+        "import json, backend; print(json.dumps([backend.get_requires_for_build_wheel(), "
+        "backend.get_requires_for_build_editable()]))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True,
+        env={"PATH": str(tmp_path)},
+    )  # fmt: skip
+    asked = [] if compiler else project["dependency-groups"]["compiler"]
+    assert json.loads(done.stdout.splitlines()[-1]) == [asked, asked]
+
+
+def test_without_a_compiler_the_build_ends_with_one_sentence(tmp_path):
+    program = ROOT / "harness" / "core" / "building.py"
+    (tmp_path / "sitecustomize.py").write_text("import sys\nsys.modules['ziglang'] = None\n")
+    done = subprocess.run(
+        [sys.executable, program, "-O3"], capture_output=True, text=True,
+        env={"PATH": str(tmp_path), "PYTHONPATH": str(tmp_path)},
+    )  # fmt: skip
+    assert done.returncode == 1
+    assert done.stderr == (
+        "there is no C compiler to build the library of steadyload; allowed: $CC, cc, gcc or "
+        "clang, or the Python package ziglang (pip install ziglang)\n"
+    )

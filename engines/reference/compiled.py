@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from steadyload import compilation
+from steadyload.engines.reference import compilation
 
 PART = compilation.Part(
     "the reference simulator", 70, "steadyload.engines.reference.warming:warm_up"
@@ -16,7 +16,6 @@ PART = compilation.Part(
 
 _SOURCES = hashlib.sha256(
     b"".join(path.read_bytes() for path in sorted(Path(__file__).parent.glob("*.py")))
-    + Path(compilation.__file__).read_bytes()
 ).hexdigest()[:12]
 
 
@@ -28,5 +27,5 @@ with contextlib.suppress(OSError):
 
 
 def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
-    """See :func:`steadyload.compilation.compile_kept`."""
+    """See :func:`steadyload.engines.reference.compilation.compile_kept`."""
     return compilation.compile_kept(function, _SOURCES, PART)

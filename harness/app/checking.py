@@ -57,7 +57,7 @@ _PATIENCE = 5.0
 """CPU seconds that a process is given beyond twice the time that a layout may take."""
 
 
-_COMPILATION = logging.getLogger("steadyload.compilation")
+_COMPILATION = logging.getLogger("steadyload.engines.reference.compilation")
 
 
 class GapLimitError(UserError):

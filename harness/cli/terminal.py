@@ -42,7 +42,7 @@ def say_warnings() -> None:
     log = logging.getLogger("steadyload")
     if not any(isinstance(handler, _Sentences) for handler in log.handlers):
         log.addHandler(_Sentences())
-    logging.getLogger("steadyload.compilation").setLevel(logging.INFO)
+    logging.getLogger("steadyload.engines.reference.compilation").setLevel(logging.INFO)
 
 
 @contextmanager

@@ -1,31 +1,27 @@
-"""``steadyload warm-up``: compile before the first judgement what it would wait for."""
+"""``steadyload warm-up``: compile before the first simulation what it would wait for."""
 
 from __future__ import annotations
 
 import importlib
 import time
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from steadyload.cli.terminal import print_table, say, study_progress
 
 if TYPE_CHECKING:
-    from steadyload.compilation import Part
+    from steadyload.engines.reference.compilation import Part
 
-PARTS = (
-    "steadyload.statics.kernels.compiled:PART",
-    "steadyload.engines.reference.compiled:PART",
-)
-"""Import paths of the compiled parts of packages, the quickest first."""
+PART = "steadyload.engines.reference.compiled:PART"
+"""Import path of what numba compiles."""
 
 
 @dataclass(frozen=True)
 class WarmUp:
-    """All parts; those that are compiled already are loaded."""
+    """Compilation of the reference simulator; what is compiled already is loaded."""
 
     def run(self) -> int:
-        """Compile, then print a table of the parts; 1 if compiled code cannot be kept."""
+        """Compile, then print how long that took; 1 if compiled code cannot be kept."""
         from steadyload.engines.registry import EngineNotInstalledError, world_class
 
         try:
@@ -35,28 +31,22 @@ class WarmUp:
             return 0
         from numba import config
 
-        rows, kept = [], True
+        module, _, name = PART.partition(":")
+        part: Part = getattr(importlib.import_module(module), name)
         with study_progress() as show:
-            for part in _parts():
-                show(f"loading or compiling {part.title} (about {part.seconds} s if compiled)")
-                start, before = time.perf_counter(), part.compiled
-                part.warm_up()
-                state = "compiled" if part.compiled > before else "ready"
-                if config.DISABLE_JIT:
-                    state = "not compiled"
-                seconds = f"{time.perf_counter() - start:.1f}"
-                rows.append((part.title, state, seconds, str(part.folder or "nowhere")))
-                kept = kept and part.folder is not None
-        print_table(("part", "state", "s", "kept in"), rows)
-        if not kept:
+            show(f"loading or compiling {part.title} (about {part.seconds} s if compiled)")
+            start = time.perf_counter()
+            part.warm_up()
+            seconds = f"{time.perf_counter() - start:.1f}"
+        state = "compiled" if part.compiled else "ready"
+        if config.DISABLE_JIT:
+            state = "not compiled"
+        row = (part.title, state, seconds, str(part.folder or "nowhere"))
+        print_table(("part", "state", "s", "kept in"), [row])
+        if part.folder is None:
             say(
                 "steadyload: what is kept nowhere is compiled in every process; set "
                 "NUMBA_CACHE_DIR to a folder that can be written, and unset NUMBA_DISABLE_JIT"
             )
-        return 0 if kept else 1
-
-
-def _parts() -> Iterator[Part]:
-    for path in PARTS:
-        module, _, name = path.partition(":")
-        yield getattr(importlib.import_module(module), name)
+            return 1
+        return 0

@@ -9,7 +9,7 @@ import pytest
 from steadyload.cli import main, warm_up
 
 PACKAGE = """
-from steadyload import compilation
+from steadyload.engines.reference import compilation
 
 PART = compilation.Part("the tiny ones", 1, "tiny_part:warm_up")
 
@@ -29,8 +29,10 @@ def tiny(tmp_path, monkeypatch):
     """A package whose one part is all that there is; returns how a new process begins."""
     (tmp_path / "tiny_part.py").write_text(PACKAGE)
     monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.setattr(warm_up, "PARTS", ("tiny_part:PART",))
-    monkeypatch.setattr(logging.getLogger("steadyload.compilation"), "disabled", False)
+    monkeypatch.setattr(warm_up, "PART", "tiny_part:PART")
+    monkeypatch.setattr(
+        logging.getLogger("steadyload.engines.reference.compilation"), "disabled", False
+    )
 
     def begins():
         monkeypatch.delitem(sys.modules, "tiny_part", raising=False)
@@ -56,7 +58,7 @@ def test_what_is_missing_is_compiled_with_one_line_on_stderr_and_then_it_is_read
 
 
 def test_what_is_not_kept_is_said_with_status_1(tiny, capsys, monkeypatch):
-    monkeypatch.setattr("steadyload.compilation.config.DISABLE_JIT", 1)
+    monkeypatch.setattr("steadyload.engines.reference.compilation.config.DISABLE_JIT", 1)
     assert main(["warm-up"]) == 1
     out, err = capsys.readouterr()
     assert "the tiny ones  not compiled" in out

@@ -7,8 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from steadyload import compilation
-from steadyload.engines.reference import compiled
+from steadyload.engines.reference import compilation, compiled
 
 
 def imported(folder):
@@ -40,8 +39,10 @@ def ratio_file(tmp_path):
 @pytest.fixture
 def told(caplog, monkeypatch):
     """The log of what is compiled, where somebody listens."""
-    monkeypatch.setattr(logging.getLogger("steadyload.compilation"), "disabled", False)
-    caplog.set_level(logging.INFO, "steadyload.compilation")
+    monkeypatch.setattr(
+        logging.getLogger("steadyload.engines.reference.compilation"), "disabled", False
+    )
+    caplog.set_level(logging.INFO, "steadyload.engines.reference.compilation")
     return caplog
 
 

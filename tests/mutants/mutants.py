@@ -59,7 +59,7 @@ SECONDS = 900
 
 _COPIED = ("harness", "engines", "learners", "reports", "tests", "docs")
 _FILES = ("pyproject.toml", "README.md", "CHANGELOG.md", "Makefile", "CITATION.cff", "setup.py")
-_COMPILED = ("statics/kernels/", "learners/", "engines/reference/")
+_COMPILED = "engines/reference/"
 _UNCHANGING = Path(__file__).parent / "unchanging.toml"
 
 
@@ -116,7 +116,7 @@ def tried(room: str, fault: Fault, copy: Path) -> Outcome:
             status, _, compiling = _run(copy, [sys.executable, "harness/core/building.py"])
             if status:
                 return Outcome(room, fault, True, "the compiler", 0.0, compiling)
-        elif any(part in fault.path for part in _COMPILED):
+        elif _COMPILED in fault.path:
             _, _, compiling = _run(copy, [sys.executable, "-m", "steadyload.cli", "warm-up"])
         tests = [test for test in ROOMS[room] if (copy / test).exists()]
         status, output, seconds = _run(

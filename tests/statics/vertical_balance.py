@@ -65,33 +65,50 @@ def solve(
     """
     who = list(items)
     n = len(who)
+    half = 0.5 * sizes[who]
+    kept = [k for k, p in enumerate(patches) if min(p.x1 - p.x0, p.z1 - p.z0) >= -2.0 * grow]
+    some = [patches[k] for k in kept]
+    flat, target, (root, radii) = equations(who, some, weights, centres, sizes, grow)
+    loads = residue = target
+    forces = np.zeros((len(patches), 4))
+    if kept:
+        found, residue = nonnegative_least_squares(flat, target)
+        loads = target + np.abs(flat) @ found
+        forces[kept] = found.reshape(-1, 4)
+
+    def fastest_corners(left: FloatArray) -> FloatArray:
+        acceleration = np.abs(left.reshape(n, 3)) / root[:, None]
+        return acceleration[:, 0] + (acceleration[:, 1:] / radii * half[:, (0, 2)]).sum(axis=1)
+
+    motion = fastest_corners(residue)
+    stands = is_balanced(motion, fastest_corners(loads), root**2, RESIDUE)
+    return Solution(forces * weights[who].mean(), motion, stands)
+
+
+def equations(
+    who: list[int],
+    patches: Sequence[Patch],
+    weights: FloatArray,
+    centres: FloatArray,
+    sizes: FloatArray,
+    grow: float,
+) -> tuple[FloatArray, FloatArray, tuple[FloatArray, FloatArray]]:
+    """The equations of balance that :func:`solve` solves: matrix, (3 n, 4 k), target, (3 n,), and
+    what rows are weighed by: roots of masses and radii of gyration.
+    """
     masses = weights[who] / weights[who].mean()
     half = 0.5 * sizes[who]
     # Radii of gyration: a box of half sides a, b has k2 = (a2 + b2) / 3.
     radii = np.sqrt((half[:, (0, 2)] ** 2 + half[:, 1:2] ** 2) / 3.0)
     root = np.sqrt(masses)
-    target = np.zeros((n, 3))
+    target = np.zeros((len(who), 3))
     target[:, 0] = root
-    loads = target
-    forces = np.zeros((len(patches), 4))
-    kept = [k for k, p in enumerate(patches) if min(p.x1 - p.x0, p.z1 - p.z0) >= -2.0 * grow]
-    if kept:
-        matrix = corner_columns(who, [patches[k] for k in kept], centres, grow)
-        matrix /= root[:, None, None]
-        matrix[:, 1:] /= radii[:, :, None]
-        flat = matrix.reshape(3 * n, -1)
-        found, residue = nonnegative_least_squares(flat, target.ravel())
-        loads = target + (np.abs(flat) @ found).reshape(n, 3)
-        target = residue.reshape(n, 3)
-        forces[kept] = found.reshape(-1, 4)
-
-    def fastest_corners(left: FloatArray) -> FloatArray:
-        acceleration = np.abs(left) / root[:, None]
-        return acceleration[:, 0] + (acceleration[:, 1:] / radii * half[:, (0, 2)]).sum(axis=1)
-
-    motion = fastest_corners(target)
-    stands = is_balanced(motion, fastest_corners(loads), masses, RESIDUE)
-    return Solution(forces * weights[who].mean(), motion, stands)
+    if not patches:
+        return np.zeros((target.size, 0)), target.ravel(), (root, radii)
+    matrix = corner_columns(who, patches, centres, grow)
+    matrix /= root[:, None, None]
+    matrix[:, 1:] /= radii[:, :, None]
+    return matrix.reshape(target.size, -1), target.ravel(), (root, radii)
 
 
 class VerticalBalance:

@@ -1,4 +1,4 @@
-"""Compilation by numba, kept on disk: one way for all packages that have compiled functions."""
+"""Compilation by numba, kept on disk."""
 
 from __future__ import annotations
 
