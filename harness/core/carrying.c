@@ -1,6 +1,7 @@
 /* Boxes at rest, and whether they can carry what moving boxes press on them. Loads are passed on
    one way, from the highest base to the lowest. That proves that boxes stay at rest where it
-   succeeds; where it fails nothing is said, and the box has to be solved for. Called by motion.c. */
+   succeeds; where it fails nothing is said, and the box has to be solved for. Called by
+   motion.c. */
 #include "timed.h"
 
 #define LEVEL 1e-12 /* share of a load: horizontal forces and twists below it are rounding */

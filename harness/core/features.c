@@ -1,4 +1,5 @@
-/* Features of every step, those of learned.h: a row of numbers a box, from the boxes placed by then.
+/* Features of every step, those of learned.h: a row of numbers a box, from the boxes placed by
+   then.
 
    Of support: at step j the weight of box j goes down one way (the evenest pressure that has its
    resultant where it must be), and for every box that it reaches two quantities follow: how far

@@ -1,4 +1,5 @@
-/* Forces of those who set up the equations themselves. Units, arrays and threads as in steadyload.h. */
+/* Forces of those who set up the equations themselves. Units, arrays and threads as in
+   steadyload.h. */
 #ifndef SL_FORCES_H
 #define SL_FORCES_H
 

@@ -1,5 +1,5 @@
-/* Places at which a box would lie on something and overlap nothing, the nearest ones first: those of
-   searching.h. */
+/* Places at which a box would lie on something and overlap nothing, the nearest ones first: those
+   of searching.h. */
 #include "searching.h"
 
 #define PARTS 1e3     /* of a cm, in which coordinates are that no other box has */

@@ -1,5 +1,5 @@
-/* Forces between boxes of which some are free to move, at one moment. Called by motion.c, and of one
-   force by pendulums.c. */
+/* Forces between boxes of which some are free to move, at one moment. Called by motion.c, and of
+   one force by pendulums.c. */
 #include "elementary.h"
 #include "timed.h"
 

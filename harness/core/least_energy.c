@@ -24,8 +24,8 @@ static void *copy_of(const void *from, uint64_t count, uint64_t size) {
     return made;
 }
 
-/* Whether rows of columns are in range; of a factor they ascend behind the diagonal, and a column of
-   effects has one at least. */
+/* Whether rows of columns are in range; of a factor they ascend behind the diagonal, and a column
+   of effects has one at least. */
 static bool are_columns(int32_t columns, const int32_t *starts, const int32_t *rows, int32_t end,
                         bool is_factor) {
     if (starts[0] != 0) return false;

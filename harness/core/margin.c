@@ -1,5 +1,5 @@
-/* The margin of balance of a whole layout, sl_margin of steadyload.h, in little more than one pass of
-   equilibrium. */
+/* The margin of balance of a whole layout, sl_margin of steadyload.h, in little more than one pass
+   of equilibrium. */
 #include "internal.h"
 
 #define FINEST 1e-3   /* [cm] a margin is known so closely */

@@ -8,7 +8,8 @@
    loaded and how many waited before, and, one turn after the other, which of them waited. */
 struct sl_loading {
     sl_session *session;
-    int32_t count, next, stuck, again; /* next to have its turn, how many wait, which is tried next */
+    /* next to have its turn, how many wait, which is tried next */
+    int32_t count, next, stuck, again;
     bool looking;                      /* it is to be said whether the last box stays */
     double (*tried)[5];
     int32_t *loaded, *waited, *order, *waiting, *then;
@@ -63,7 +64,8 @@ sl_loading *sl_loading_new(const double *limits, int32_t count) {
 
 void sl_loading_free(sl_loading *l) {
     if (!l) return;
-    void *all[] = {l->tried, l->loaded, l->waited, l->order, l->waiting, l->then, l->then_starts, l};
+    void *all[] =
+        {l->tried, l->loaded, l->waited, l->order, l->waiting, l->then, l->then_starts, l};
     sl_session_free(l->session);
     for (size_t k = 0; k < sizeof all / sizeof *all; k++) sl_free(all[k]);
 }

@@ -57,8 +57,8 @@ SL_API int32_t sl_looked_at(const sl_loading *loading);
 /* Whether that box stays; if not, it is taken off. SL_REFUSED where there is none. */
 SL_API int32_t sl_said(sl_loading *loading, int32_t stays, int32_t reorder);
 
-/* The numbers of boxes that are loaded, in order, and of those that wait (J each, or NULL); how many
-   of either (2). */
+/* The numbers of boxes that are loaded, in order, and of those that wait (J each, or NULL); how
+   many of either (2). */
 SL_API void sl_loaded(const sl_loading *loading, int32_t *order, int32_t *waiting, int32_t *counts);
 
 /* Where boxes were tried in their turns, and their margins (J, 5); infinite: they may not be there.
@@ -78,8 +78,8 @@ SL_API int32_t sl_first_standing(sl_loading *loading, const sl_boxes *boxes,
 SL_API void sl_cost(const sl_boxes *boxes, const double *places, double *cost);
 
 /* Where a box may be: contour (lower, upper) and deck (x0, z0, x1, z1) [cm] (10); how far it may
-   move sideways, and how far up, at least and at most [cm] (3); how far its centre of mass is to lie
-   inside the edges of what it lies on [cm], 0 or more; and how many places of a side are looked
+   move sideways, and how far up, at least and at most [cm] (3); how far its centre of mass is to
+   lie inside the edges of what it lies on [cm], 0 or more; and how many places of a side are looked
    for. */
 typedef struct {
     const double *limits, *ways;
@@ -89,16 +89,16 @@ typedef struct {
 
 /* Places of a box of a plan among the others at their places (J, 4), but for those `without` (J
    bytes, not 0 for a box that it may overlap), the nearest first; `turns` 2 where it may be turned,
-   else 1. Put in `found` (turns * most, 4), and in `far` (turns * most) how far its middle comes from
-   where it was [cm]. How many there are, or -SL_MEMORY, or -SL_REFUSED. */
+   else 1. Put in `found` (turns * most, 4), and in `far` (turns * most) how far its middle comes
+   from where it was [cm]. How many there are, or -SL_MEMORY, or -SL_REFUSED. */
 SL_API int32_t sl_places_among(sl_work *work, const sl_boxes *boxes, const double *places,
                                const uint8_t *without, int32_t box, const sl_wanted *wanted,
                                int32_t turns, double *found, double *far);
 
 /* Lower corners (most, 3), in no order, of places of one side of a box among J others, of which
-   corners and centres of mass are given (J, 3): its `size` (3), `middle`: of
-   its centre of mass from its lower corner (3), its lower corner before (3), and heights at which it
-   may lie, the most wanted ones first. How many, or -SL_MEMORY, or -SL_REFUSED. */
+   corners and centres of mass are given (J, 3): its `size` (3), `middle`: of its centre of mass
+   from its lower corner (3), its lower corner before (3), and heights at which it may lie, the most
+   wanted ones first. How many, or -SL_MEMORY, or -SL_REFUSED. */
 SL_API int32_t sl_free_places(sl_work *work, int32_t count, const double *lower,
                               const double *upper, const double *centres, const double *size,
                               const double *middle, const double *start, const sl_wanted *wanted,
