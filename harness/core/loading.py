@@ -21,7 +21,6 @@ from steadyload.core.library import (
     ended_well,
     work,
 )
-from steadyload.core.session import Reading
 
 
 class _BoxesInC(ct.Structure):
@@ -148,9 +147,6 @@ class Loading:
     Args:
         limits: see :class:`steadyload.core.session.Session`.
         boxes: of the plan.
-
-    Attributes:
-        session: what is loaded, to be read.
     """
 
     def __init__(self, limits: Sequence[float], boxes: Boxes) -> None:
@@ -158,12 +154,16 @@ class Loading:
         made = HELD.sl_loading_new(array("limits", numbers, 11), boxes.count)
         self._kept, self._boxes = Kept(made, HELD.sl_loading_free), boxes
         self._loading, count = self._kept.address, boxes.count
-        self.session = Reading(HELD.sl_loading_session(self._loading), self._kept)
         self._found = Scratch((np.int32, ()), (np.int32, ()))
         self._found.widen(count)
         self._counts = np.empty(2, np.int32)
         self._counts_at = int(self._counts.ctypes.data)
         self._wish(boxes.planned, np.zeros(count), np.empty((0, 5)))
+
+    @property
+    def room(self) -> int:
+        """How many patches its memory has room for."""
+        return int(HELD.sl_loading_room(self._loading))
 
     def begin(self, places: Any, margins: Any, refused: Any, first: int) -> None:
         """Go back to before the first change: ``sl_load_begin``.

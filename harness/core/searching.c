@@ -70,7 +70,7 @@ void sl_loading_free(sl_loading *l) {
     for (size_t k = 0; k < sizeof all / sizeof *all; k++) sl_free(all[k]);
 }
 
-const sl_session *sl_loading_session(const sl_loading *loading) { return loading->session; }
+int32_t sl_loading_room(const sl_loading *loading) { return loading->session->links; }
 
 /* Before the turn of a box that had one. */
 static void go_back(sl_loading *l, int32_t box) {

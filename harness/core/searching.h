@@ -24,8 +24,8 @@ typedef struct sl_loading sl_loading;
 SL_API sl_loading *sl_loading_new(const double *limits, int32_t count);
 SL_API void sl_loading_free(sl_loading *loading);
 
-/* The session that holds what is loaded: to be read, not to be changed. */
-SL_API const sl_session *sl_loading_session(const sl_loading *loading);
+/* How many patches its memory has room for. */
+SL_API int32_t sl_loading_room(const sl_loading *loading);
 
 /* Places (J, 4) and margins of balance [cm] (J) of all boxes, and places at which a box does not
    stand: its number and the place (R, 5). At another place than planned the margin of a box is at

@@ -48,78 +48,7 @@ class Patches(NamedTuple):
     presses: Any
 
 
-class Reading:
-    """A session that can be read.
-
-    Args:
-        address: of the session.
-        kept: what frees it; it is not freed as long as it can be read.
-    """
-
-    def __init__(self, address: int, kept: Kept) -> None:
-        self._session, self._kept = address, kept
-        self._patches = Scratch((np.int32, ()), (np.float64, (4,)), (np.float64, (3,)))
-        self._above = Scratch((np.int32, ()))
-
-    def __len__(self) -> int:
-        return int(HELD.sl_session_count(self._session))
-
-    @property
-    def overhung(self) -> int:
-        """How many boxes stand out over an edge of the deck."""
-        return int(HELD.sl_session_overhung(self._session))
-
-    @property
-    def room(self) -> int:
-        """How many patches its memory has room for."""
-        return int(HELD.sl_session_room(self._session))
-
-    def boxes(self, first: int = 0) -> Boxes:
-        """Copies of the boxes from one of them on."""
-        count = max(len(self) - first, 0)
-        corners = np.empty((3, count, 3))
-        found = Boxes(corners[0], corners[1], corners[2], np.empty(count))
-        addresses = [values.ctypes.data for values in found]
-        ended_well(HELD.sl_session_boxes(self._session, first, count, *addresses), "first")
-        return found
-
-    def is_on_floor(self, box: int) -> bool:
-        """Whether a box stands on the floor with all of its base."""
-        return self._has(HELD.sl_session_on_floor(self._session, box)) == 1
-
-    def below(self, box: int) -> Patches:
-        """The patches that a box stands on."""
-        count = self._fill(self._patches, HELD.sl_session_below, box)
-        return Patches(*self._patches.first(count))
-
-    def above(self, box: int) -> Any:
-        """The boxes on a box."""
-        count = self._fill(self._above, HELD.sl_session_above, box)
-        return next(self._above.first(count))
-
-    def _fill(self, scratch: Scratch, function: Any, box: int) -> int:
-        """How many rows a function has put in some arrays, which are made as large as it takes."""
-        while True:
-            count = self._has(function(self._session, box, scratch.size, *scratch.addresses))
-            if count <= scratch.size:
-                return count
-            scratch.widen(2 * count)
-
-    def near(self, lower: Any, upper: Any, wider: float) -> Any:
-        """The boxes that share a point with a region, in order: ``sl_session_near``."""
-        found = np.empty(len(self), np.int32)
-        low, high = array("lower", lower, 3), array("upper", upper, 3)
-        at = found.ctypes.data
-        return found[: HELD.sl_session_near(self._session, low, high, wider, len(found), at)]
-
-    @staticmethod
-    def _has(found: int) -> int:
-        if found < 0:
-            raise IndexError("the session has no such box")
-        return found
-
-
-class Session(Reading):
+class Session:
     """A layout that grows box by box, and shrinks again.
 
     A box is ten numbers: position, size, offset of the centre of mass from the middle [cm], and
@@ -138,18 +67,6 @@ class Session(Reading):
         other = Session.__new__(Session)
         other._keep(HELD.sl_session_copy(self._session))
         return other
-
-    def _keep(self, made: int | None) -> None:
-        kept = Kept(made, HELD.sl_session_free)
-        super().__init__(kept.address, kept)
-        self._next: Any = np.zeros(10)
-        self._found: Any = np.zeros(1, FINDING)
-        self._box_at, self._found_at = self._next.ctypes.data, self._found.ctypes.data
-
-    def _write(self, box: Sequence[float]) -> None:
-        if len(box) != 10:
-            raise WrongArrayError(f"a box has 10 numbers, not {len(box)}")
-        _BOX.pack_into(self._next, 0, *box)
 
     def place(self, box: Sequence[float], rule: int, alpha: float) -> Finding:
         """Put on a box if it stands by a rule: ``sl_place``."""
@@ -177,3 +94,69 @@ class Session(Reading):
     def cut(self, count: int) -> None:
         """Take off all boxes but the first ``count``."""
         HELD.sl_cut(self._session, count)
+
+    def __len__(self) -> int:
+        return int(HELD.sl_session_count(self._session))
+
+    @property
+    def overhung(self) -> int:
+        """How many boxes stand out over an edge of the deck."""
+        return int(HELD.sl_session_overhung(self._session))
+
+    def boxes(self, first: int = 0) -> Boxes:
+        """Copies of the boxes from one of them on."""
+        count = max(len(self) - first, 0)
+        corners = np.empty((3, count, 3))
+        found = Boxes(corners[0], corners[1], corners[2], np.empty(count))
+        addresses = [values.ctypes.data for values in found]
+        ended_well(HELD.sl_session_boxes(self._session, first, count, *addresses), "first")
+        return found
+
+    def is_on_floor(self, box: int) -> bool:
+        """Whether a box stands on the floor with all of its base."""
+        return self._has(HELD.sl_session_on_floor(self._session, box)) == 1
+
+    def below(self, box: int) -> Patches:
+        """The patches that a box stands on."""
+        count = self._fill(self._patches, HELD.sl_session_below, box)
+        return Patches(*self._patches.first(count))
+
+    def above(self, box: int) -> Any:
+        """The boxes on a box."""
+        count = self._fill(self._above, HELD.sl_session_above, box)
+        return next(self._above.first(count))
+
+    def near(self, lower: Any, upper: Any, wider: float) -> Any:
+        """The boxes that share a point with a region, in order: ``sl_session_near``."""
+        found = np.empty(len(self), np.int32)
+        low, high = array("lower", lower, 3), array("upper", upper, 3)
+        at = found.ctypes.data
+        return found[: HELD.sl_session_near(self._session, low, high, wider, len(found), at)]
+
+    def _keep(self, made: int | None) -> None:
+        self._kept = Kept(made, HELD.sl_session_free)
+        self._session = self._kept.address
+        self._patches = Scratch((np.int32, ()), (np.float64, (4,)), (np.float64, (3,)))
+        self._above = Scratch((np.int32, ()))
+        self._next: Any = np.zeros(10)
+        self._found: Any = np.zeros(1, FINDING)
+        self._box_at, self._found_at = self._next.ctypes.data, self._found.ctypes.data
+
+    def _write(self, box: Sequence[float]) -> None:
+        if len(box) != 10:
+            raise WrongArrayError(f"a box has 10 numbers, not {len(box)}")
+        _BOX.pack_into(self._next, 0, *box)
+
+    def _fill(self, scratch: Scratch, function: Any, box: int) -> int:
+        """How many rows a function has put in some arrays, which are made as large as it takes."""
+        while True:
+            count = self._has(function(self._session, box, scratch.size, *scratch.addresses))
+            if count <= scratch.size:
+                return count
+            scratch.widen(2 * count)
+
+    @staticmethod
+    def _has(found: int) -> int:
+        if found < 0:
+            raise IndexError("the session has no such box")
+        return found

@@ -94,8 +94,6 @@ SL_API sl_held *sl_held_new(int32_t count, const double *lower, const double *up
                             const double *weights, const double *offsets, const double *floor,
                             double margin);
 SL_API void sl_held_free(sl_held *held);
-/* (patches, 3) vertical force [kg] and its moments, times x and z, at every patch so far. */
-SL_API const double *sl_held_presses(const sl_held *held, int32_t *patches);
 SL_API int32_t sl_held_place(sl_held *held, int32_t step, int32_t *item);
 /* The boxes joined to one by standing on each other, of those up to it, without those on the floor,
    in order: into `group` (room for J). How many there are, -1 without memory. */

@@ -161,11 +161,6 @@ sl_held *sl_held_new(int32_t count, const double *lower, const double *upper,
     return NULL;
 }
 
-const double *sl_held_presses(const sl_held *held, int32_t *patches) {
-    *patches = held->boxes.contacts.size;
-    return (const double *)held->boxes.presses;
-}
-
 void sl_held_free(sl_held *held) {
     if (!held) return;
     sl_work_free(held->work);

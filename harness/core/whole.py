@@ -77,11 +77,6 @@ def judge(
     return Given(lower, upper, weights, offsets, floor).judge(rule, alpha)
 
 
-def margin(most: float, lower: Any, upper: Any, weights: Any, offsets: Any, floor: Any) -> Finding:
-    """See :meth:`Given.margin`."""
-    return Given(lower, upper, weights, offsets, floor).margin(most)
-
-
 class GivenMany:
     """Layouts one after the other whose arrays are as C takes them, which are looked at once.
 

@@ -236,7 +236,7 @@ def test_a_long_search_takes_no_more_room_than_a_short_one(seed):
     for _ in range(6):
         for _ in range(20):
             base = own.complete(own.neighbour(base)) or base
-        rooms.append(own.loading._loading.session.room)
+        rooms.append(own.loading._loading.room)
     assert rooms[-1] <= 2 * rooms[0], "it doubles where it is full"
 
 
