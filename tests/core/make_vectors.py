@@ -20,9 +20,9 @@ import numpy as np
 from steadyload.core import building
 
 HERE = Path(__file__).parent
-DRAWN, SHIPPED, KEPT, OTHERS = 6000, 250, 3200, 12
-"""Layouts that are drawn, shipped ones of a set, layouts of the file, and one of how many that fill
-up is asked all parts.
+DRAWN, SHIPPED, KEPT, OTHERS, FEW = 6000, 250, 3200, 12, 9
+"""Layouts that are drawn, shipped ones of a set, layouts of the file, one of how many that fill up
+is asked all parts, and the most boxes of these.
 """
 
 
@@ -42,7 +42,7 @@ def candidates(draw):
 
     yield from drawn.shipped(SHIPPED, 60)
     for k in range(DRAWN):
-        yield f"drawn {k}", drawn.drawn(draw, 40 if k % 30 == 29 else 9)
+        yield f"drawn {k}", drawn.drawn(draw, 40 if k % 30 == 29 else FEW)
 
 
 def choose(vectors):
@@ -63,8 +63,8 @@ def choose(vectors):
     print(f"{len(new)} layouts run {jumps} jumps, {len(others)} more run no other one", flush=True)
     fill = draw.permutation(len(others))[: max(KEPT - len(new), 0)].tolist()
     for place, k in enumerate(fill):
-        if place % OTHERS == 0:
-            others[k].expected.update((part, {}) for part in asked_of(vectors, others[k]))
+        if place % OTHERS == 0 and len(others[k].arrays[2]) <= FEW:
+            others[k].expected.update((part, {}) for part in vectors.PARTS)
     chosen = new + [others[k] for k in sorted(fill)]
     for row in chosen:
         row.expected.update((part, {}) for part in vectors.OF_ALL)
@@ -73,7 +73,7 @@ def choose(vectors):
 
 def asked_of(vectors, row):
     """Parts that a layout may be asked: some have many numbers where there are many boxes."""
-    few = len(row.arrays[2]) <= 9
+    few = len(row.arrays[2]) <= FEW
     return [part for part in vectors.PARTS if few or part not in vectors.OF_FEW]
 
 
