@@ -120,7 +120,7 @@ def test_the_wheel_answers_in_an_empty_environment_and_compiles_once(wheel, tmp_
     where, answer = done.stdout.splitlines()
     assert Path(where).is_relative_to(site)
     assert answer.startswith(
-        "A18 (2 boxes): fails at box 2 of 2: box 2 leans to +x; the centre of mass of box 2 of 2 "
+        "A18 (2 boxes): fails at box 2 of 2: box 2 tips to +x, 2.8 cm; the centre of mass of "
     )
     done = said("steadyload", "check", "pallets.csv")
     assert done.returncode == 1
