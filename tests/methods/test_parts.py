@@ -5,16 +5,17 @@ import pytest
 from steadyload.methods.registry import make_method
 
 SIMULATION = {"contacts", "engine", "loading", "method", "scene", "world"}
-EXACT = {"balance", "contacts", "method", "motion"}
-LEARNED = {"features", "inference", "method"}
+RULE = {"contacts", "core", "method"}
+EXACT = RULE | {"balance", "motion"}
+LEARNED = {"core", "features", "inference", "method"}
 
 
 @pytest.mark.parametrize(
     ("spec", "parts"),
     [
-        ("fbs", {"contacts", "method"}), ("sme", {"contacts", "method"}), ("equilibrium", EXACT),
+        ("fbs", RULE), ("sme", RULE), ("equilibrium", EXACT),
         ("equilibrium:margin=1", EXACT | {"drawn in"}), ("equilibrium:time=0.3", EXACT),
-        ("settling", {"balance", "contacts", "method", "rest position"}),
+        ("settling", RULE | {"balance", "rest position"}),
         ("lstm_1", LEARNED), ("lstm_e", LEARNED),
         *((f"{preset}@{engine}", SIMULATION) for preset in ("ps3", "ps_opt", "label")
           for engine in ("bullet", "mujoco", "dart", "chipmunk")),

@@ -307,8 +307,8 @@ ASKED = {
     ),
     ChangeUnit: (
         ChangeUnit(ONE, "one pass without a search", "sme", 10.0, MADE),
-        {"question": "repair of a plan", "version": 4, "seed": 0},
-        "7765c390fd01044ac00d",
+        {"question": "repair of a plan", "version": 5, "seed": 0},
+        "38677c1b5d103b0ed325",
     ),
     EngineUnit: (
         EngineUnit(ONE, "sme", 60.0, MADE),
