@@ -40,7 +40,7 @@ class Patches(NamedTuple):
     Attributes:
         below: boxes, -1 for the floor, (k,).
         patches: x0, z0, x1, z1 [cm], (k, 4).
-        presses: force [kg] and its moments about x and z [kg cm], (k, 3).
+        presses: force [kg], and force times its x and times its z [kg cm], (k, 3).
     """
 
     below: Any

@@ -154,7 +154,7 @@ sl_held *sl_held_new(int32_t count, const double *lower, const double *upper,
     held->work = sl_work_new();
     held->boxes = boxes_of(count, lower, upper, weights, offsets, floor);
     if (held->work && !lay_out_copies(held->work, &held->boxes, margin)) {
-        held->boxes.whole = true;
+        held->boxes.solve_all = true;
         return held;
     }
     sl_held_free(held);
