@@ -71,14 +71,7 @@ def features(layout: Arrangement, kind: FeatureKind) -> Array32:
 
     Row j depends on the items 0 to j alone.
     """
-    return features_of(given_of(layout), layout.pallet.size, kind)
-
-
-def given_of(layout: Arrangement) -> Given:
-    """The layout as the C library takes it."""
-    return Given(
-        layout.lower, layout.upper, layout.weights, layout.mass_offsets, layout.floor.corners
-    )
+    return features_of(layout.given, layout.pallet.size, kind)
 
 
 def features_of(given: Given, pallet: Vector, kind: FeatureKind) -> Array32:

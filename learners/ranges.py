@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from steadyload.core import learned
 from steadyload.core.whole import Given
 from steadyload.layouts.model.layout import Arrangement, FloatArray
-from steadyload.learners.features import FeatureKind, given_of
+from steadyload.learners.features import FeatureKind
 from steadyload.methods.contract.declared import LayoutRange
 
 SLACK = 0.1
@@ -53,7 +53,7 @@ def extent_of(given: Given, longest: float) -> FloatArray:
 
 def extents_of(layouts: Iterable[Arrangement]) -> FloatArray:
     """:func:`extent_of` each layout, (M, 2, quantities)."""
-    return np.array([extent_of(given_of(each), max(each.pallet.size)) for each in layouts])
+    return np.array([extent_of(each.given, max(each.pallet.size)) for each in layouts])
 
 
 def trained_ranges(extents: Iterable[FloatArray], kind: FeatureKind) -> dict[str, list[float]]:
@@ -134,7 +134,7 @@ class TrainedRanges:
 
     def _of_items(self, layout: Arrangement) -> tuple[FloatArray, int]:
         """Quantities of every item, and the number of first items inside; the pallet apart."""
-        found: FloatArray = learned.quantities(given_of(layout))
+        found: FloatArray = learned.quantities(layout.given)
         return found, learned.count_inside(found, self._least[1:], self._most[1:])
 
     def _sentence(self, of: str, quantity: int, value: float) -> str:

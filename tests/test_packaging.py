@@ -184,7 +184,7 @@ CLONED = Path("clone", ".src", "steadyload", "__init__.py")
 
 
 def test_an_extra_leaves_a_clone_what_is_imported_as_the_documentation_has_it(clone, tmp_path):
-    compiled = tmp_path / "clone" / "harness" / "__pycache__" / "compiled.nbc"
+    compiled = tmp_path / "clone" / "engines" / "reference" / "__pycache__" / "compiled.nbc"
     compiled.parent.mkdir(exist_ok=True)
     compiled.touch()
     assert clone("-e", ".[gym]") == CLONED

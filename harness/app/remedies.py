@@ -27,15 +27,14 @@ def remedy_of(layout: Layout, fault: Fault, frame: Frame) -> str:
 
 @cache
 def prepare_remedies() -> None:
-    """Compile what the look for a remedy calls, or load the compiled code."""
+    """Import the modules that the look for a remedy calls."""
     side = (20.0, 20.0, 20.0)
     boxes = (Item(0, (0.0, 0.0, 0.0), side, 5.0), Item(1, (15.0, 20.0, 0.0), side, 5.0))
     _look_for_remedy(Layout("leans", Pallet(100.0, 100.0, 100.0), boxes), 1)
 
 
 def _look_for_remedy(layout: Layout, step: int) -> Remedy | None:
-    """See :func:`steadyload.repairing.remedy.remedy`, whose compiled code is loaded when a plan
-    fails.
+    """See :func:`steadyload.repairing.remedy.remedy`, which is imported when a plan fails.
     """
     from steadyload.repairing.remedy import remedy
 

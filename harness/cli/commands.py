@@ -72,7 +72,7 @@ _OWN: Mapping[Group, tuple[tuple[str, str, str], ...]] = {
          "list methods and presets, or explain one, NAME or NAME@ENGINE"),
         ("engines", "listings:Engines", "which engine honours which setting"),
         ("warm-up", "warm_up:WarmUp",
-         "compile now what first judgements would wait for, three minutes, once"),
+         "compile the reference simulator now, which its first use would wait for, a minute, once"),
     ),
     Group.COMPARE: (
         ("study run", "study:Run", "judge the layouts of a study file of your own, or go on"),

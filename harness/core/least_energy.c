@@ -29,9 +29,10 @@ static void *copy_of(const void *from, uint64_t count, uint64_t size) {
 static bool are_columns(int32_t columns, const int32_t *starts, const int32_t *rows, int32_t end,
                         bool is_factor) {
     if (starts[0] != 0) return false;
+    for (int32_t k = 0; k < columns; k++) /* all before any row is read: callers check the last */
+        if (starts[k + 1] < starts[k] + !is_factor) return false;
     for (int32_t k = 0; k < columns; k++) {
         int32_t last = is_factor ? k : -1;
-        if (starts[k + 1] < starts[k] || (!is_factor && starts[k + 1] == starts[k])) return false;
         for (int32_t q = starts[k]; q < starts[k + 1]; q++) {
             if (rows[q] <= last || rows[q] >= end) return false;
             last = is_factor ? rows[q] : -1;

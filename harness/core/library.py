@@ -1,9 +1,8 @@
-"""The C library: found, loaded, and its public functions told what they take.
+"""The C library: found and loaded, with the types of its public functions.
 
 All that the headers beside this file declare with ``SL_API`` can be called: on :data:`LIBRARY`,
 which lets other threads run, and on :data:`HELD`, which does not. Short calls are on :data:`HELD`.
-What has a state (a session, a loading, the forces of a growing load) is for one thread at a time:
-every thread has its own.
+A state (a session, a loading, the forces of a growing load) is for one thread at a time.
 """
 
 from __future__ import annotations
@@ -15,7 +14,7 @@ import weakref
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from struct import Struct
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
 
@@ -76,41 +75,47 @@ def _type(words: str) -> Any:
     return _TYPES[next(word for word in words.split() if word != "const")]
 
 
-def _loaded(kind: type[ct.CDLL]) -> ct.CDLL:
+def _loaded() -> tuple[ct.CDLL, ct.PyDLL]:
     path = building.HERE / "lib" / building.name()
     if not path.exists():
         raise NotBuiltError(
             "the C library of this installation is not built from its present sources; "
             "`make build` builds it"
         )
-    library = kind(str(path))
+    library, held = ct.CDLL(str(path)), ct.PyDLL(str(path))
     for name, answer, taken in declared():
-        function = getattr(library, name)
-        function.restype, function.argtypes = answer, taken
+        for function in (getattr(library, name), getattr(held, name)):
+            function.restype, function.argtypes = answer, taken
     for name, stated in vars(constants).items():
         if name.isupper() and ct.c_double.in_dll(library, f"sl_constant_{name}").value != stated:
             raise NotBuiltError(
                 f"{name} is {stated} in Python, and another number in the C library"
             )
-    return library
+    return library, held
 
 
-LIBRARY, HELD = _loaded(ct.CDLL), _loaded(ct.PyDLL)
+LIBRARY, HELD = _loaded()
 
 
 class Kept:
-    """Something that C made and that C frees once nobody has it any more.
+    """Something that C made, and that C frees once no reference to it is left.
+
+    It cannot be copied or pickled: two would free the same memory.
 
     Args:
-        made: its address; None where there was no memory.
+        made: its address; None where there was no memory, or where it would be too large.
         free: the function that frees it.
     """
 
     def __init__(self, made: int | None, free: Callable[[int], None]) -> None:
         if not made:
-            raise MemoryError("the C library found no memory")
+            raise MemoryError("the C library found no memory, or more than a million boxes")
         self.address = int(made)
-        weakref.finalize(self, free, made)
+        # At the end of the process others may still use it, and all memory goes with that.
+        weakref.finalize(self, free, made).atexit = False
+
+    def __reduce__(self) -> NoReturn:
+        raise TypeError("what the C library made cannot be copied or pickled")
 
 
 class _Own(Kept):
@@ -192,8 +197,8 @@ def array(name: str, given: Any, *shape: int, kind: Any = np.float64) -> int:
     if not isinstance(given, np.ndarray) or given.dtype != kind or given.shape != shape:
         found = getattr(given, "shape", type(given).__name__), str(getattr(given, "dtype", ""))
         raise WrongArrayError(f"{name} is {found}; required: {np.dtype(kind)} of shape {shape}")
-    if not given.flags.c_contiguous:
-        raise WrongArrayError(f"{name} has to be C-contiguous")
+    if not (given.flags.c_contiguous and given.flags.aligned):
+        raise WrongArrayError(f"{name} has to be C-contiguous and aligned")
     return int(given.ctypes.data)
 
 

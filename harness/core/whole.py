@@ -104,9 +104,11 @@ class GivenMany:
         boxes, *arrays = _boxes(lower, upper, weights, offsets)
         self.count = count_of("starts", starts) - 1
         of_floors = array("floors", floors, self.count, 5)
-        if self.count < 0 or starts[0] < 0 or starts[-1] > boxes or (np.diff(starts) < 0).any():
-            raise RefusedError("starts of layouts descend, or go beyond the boxes")
+        if self.count < 0 or starts.min() < 0 or starts.max() > boxes:
+            raise RefusedError("starts of layouts go beyond the boxes")
         whole = np.ascontiguousarray(starts, np.int32)
+        if (np.diff(whole) < 0).any():
+            raise RefusedError("starts of layouts descend")
         self._arrays = whole, lower, upper, weights, offsets, floors
         first = array("starts", whole, self.count + 1, kind=np.int32)
         self.addresses = self.count, first, *arrays, of_floors

@@ -167,8 +167,8 @@ def machine_kind() -> str:
         r"^(model name|cpu family|model|CPU implementer|CPU part)\s*:\s*(.*\S)",
         info.read_text(encoding="utf-8") if info.exists() else "", re.MULTILINE,
     )  # fmt: skip
-    told = dict(reversed(pairs))
-    named = [told.pop("model name", ""), *(f"{name} {number}" for name, number in told.items())]
+    first = dict(pairs[: len({name for name, _ in pairs})])  # of the first processor
+    named = [first.pop("model name", ""), *(f"{name} {number}" for name, number in first.items())]
     return ", ".join(filter(None, named)) or platform.processor() or platform.machine()
 
 

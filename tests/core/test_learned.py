@@ -11,7 +11,7 @@ from steadyload.core import building, learned
 from steadyload.core.library import WrongArrayError
 from steadyload.core.whole import Given
 from steadyload.layouts.packing.packing import random_layouts
-from steadyload.learners.features import FeatureKind, given_of, names
+from steadyload.learners.features import FeatureKind, names
 from steadyload.learners.ranges import QUANTITIES
 
 LAYOUTS = random_layouts(12, seed=3)
@@ -47,15 +47,15 @@ def test_features_are_the_table_with_logarithms_of_lengths_and_weights():
     lengths = ("angle", "way", "load", "box height", "shorter side")
     as_log = [name.endswith(lengths) or name == "weight" for name in names(FeatureKind.SUPPORT)]
     for layout in LAYOUTS:
-        table = learned.support_table(given_of(layout))
+        table = learned.support_table(layout.given)
         expected = np.where(as_log, np.log(np.maximum(table / 10.0, 0.01)), np.arcsinh(table))
-        found = learned.support_features(given_of(layout))
+        found = learned.support_features(layout.given)
         np.testing.assert_allclose(found, expected, rtol=1e-6, atol=1e-7)
 
 
 def test_quantities_are_counted_up_to_the_first_outside():
     for layout in LAYOUTS:
-        found = learned.quantities(given_of(layout))
+        found = learned.quantities(layout.given)
         assert found[:, 2].tolist() == layout.weights.tolist()
         ends = found.min(axis=0), found.max(axis=0)
         assert learned.count_inside(found, *ends) == len(layout)
@@ -107,7 +107,7 @@ def test_a_copy_has_arrays_of_its_own(copied):
     for own, one in zip(other._at, of._at, strict=True):
         assert not set(own[1:]) & set(one[1:])
     assert other.run(rows, start)[0].tobytes() == of.run(rows, start)[0].tobytes()
-    given = given_of(LAYOUTS[0])
+    given = LAYOUTS[0].given
     other = copied(given)
     assert not set(other.addresses[1:]) & set(given.addresses[1:])
     assert learned.support_table(other).tobytes() == learned.support_table(given).tobytes()
@@ -120,7 +120,7 @@ def test_arrays_of_another_kind_are_refused_by_name():
     with wrong(WrongArrayError, match=r"floor is .*required: float64 of shape \(5,\)"):
         Given(*boxes, layout.floor.corners[:4])
     with wrong(WrongArrayError, match=r"pallet is .*required: float64 of shape \(3,\)"):
-        learned.plain_features(given_of(layout), np.ones(2))
+        learned.plain_features(layout.given, np.ones(2))
     with wrong(WrongArrayError, match=r"rows is .*required: float32 of shape \(7, 5\)"):
         of.run(rows.astype(float), start)
     with wrong(WrongArrayError, match="rows has to be C-contiguous"):

@@ -1,9 +1,16 @@
 """The C library that is loaded is that of the sources, and has the constants of Python."""
 
+import copy
+import pickle
 import subprocess
 import sys
 
+import numpy as np
 import pytest
+
+from steadyload.core.forces import Energy
+from steadyload.core.library import RefusedError
+from steadyload.core.session import Session
 
 COMMAND = "from steadyload.cli import main; sys.exit(main(['methods']))"
 
@@ -30,6 +37,35 @@ def test_a_constant_that_differs_in_c_is_found_when_the_library_is_loaded(name):
     assert done.stderr == (
         f"steadyload: {name} is 17.0 in Python, and another number in the C library\n"
     )
+
+
+def test_what_c_made_is_not_copied():
+    """Two would free the same memory."""
+    session = Session([0.0] * 3 + [100.0] * 3 + [0.0, 0.0, 100.0, 100.0, 0.0])
+    for copy_of in (copy.deepcopy, pickle.dumps):
+        with pytest.raises(TypeError, match="cannot be copied or pickled"):
+            copy_of(session)
+
+
+def test_columns_whose_starts_descend_are_refused_before_a_row_is_read():
+    starts, none = np.array([0, 2**20, 1, 1], np.int32), np.zeros(0)
+    with pytest.raises(RefusedError):
+        Energy(
+            starts, np.ones(1, np.int32), np.ones(3), np.zeros(1, np.int32),
+            np.zeros(0, np.int32), none, np.zeros(3), none.astype(bool),
+        )  # fmt: skip
+
+
+def test_at_the_end_of_a_process_what_c_made_can_still_be_used():
+    code = (
+        "import atexit; atexit.register(lambda: print(len(kept))); "
+        "from steadyload.layouts.model.growing import GrowingLayout; "
+        "from steadyload.layouts import Item, Pallet; "
+        "kept = GrowingLayout(Pallet(100.0, 100.0, 100.0), 'a'); "
+        "atexit.register(kept.put, Item(0, (0.0, 0.0, 0.0), (10.0, 10.0, 10.0), 1.0))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert (done.returncode, done.stdout) == (0, "1\n"), done.stderr
 
 
 def test_with_the_library_the_command_runs():

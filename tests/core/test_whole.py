@@ -40,11 +40,13 @@ def test_layouts_of_a_batch_have_the_findings_that_each_has_alone(kind):
     assert [finding(found, k) for k in range(3)] == [one.given.judge(CARRIED, 0.0) for one in batch]
 
 
+@pytest.mark.parametrize("kind", [np.int64, np.uint64])
 @pytest.mark.parametrize("starts", [[0, 2, 1, 3], [-1, 2, 3, 3], [0, 1, 2, 2**40], [0, 1, 2, 6]])
-def test_starts_that_are_none_are_refused(starts):
+def test_starts_that_are_none_are_refused(starts, kind):
+    """Differences of unsigned numbers are never below 0."""
     batch = LayoutBatch.of([LEANS, LEANS.first(1), LEANS])
     with pytest.raises(RefusedError):
-        judged(batch, starts=np.array(starts))
+        judged(batch, starts=np.array(starts).astype(kind))
 
 
 def test_an_array_of_another_order_is_refused():

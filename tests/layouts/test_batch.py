@@ -126,7 +126,6 @@ def test_what_travels_stays_read_only(protocol):
         assert not layout.floor.corners.flags.writeable
         received = pickle.loads(pickle.dumps(layout, protocol))
         assert not any(getattr(received, key).flags.writeable for key in ARRAYS)
-        # Compiled code is kept for arrays that are read-only; for others it is compiled anew.
         assert not received.floor.corners.flags.writeable
         assert received.floor == layout.floor
 

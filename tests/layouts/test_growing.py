@@ -1,5 +1,6 @@
 """A growing layout is at any time what the layout of its items is."""
 
+import copy
 import pickle
 from dataclasses import replace
 
@@ -183,11 +184,11 @@ def test_a_copy_and_what_grew_beyond_its_room_know_the_same():
     growing = GrowingLayout(Pallet(100.0, 100.0, 100.0), "growing")
     for item in items[:-100]:
         growing.put(item)
-    copy = growing.copy()
+    both = growing.copy(), copy.deepcopy(growing)
     for item in items[-100:]:
-        copy.put(item)
-        growing.put(item)
-    for each in (growing, copy):
+        for each in (growing, *both):
+            each.put(item)
+    for each in (growing, *both):
         assert_equal(each, items)
 
 

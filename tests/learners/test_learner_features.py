@@ -15,7 +15,6 @@ from steadyload.learners.features import (
     SYMMETRIES,
     FeatureKind,
     features,
-    given_of,
     names,
     symmetry_matrices,
     turned,
@@ -42,7 +41,7 @@ def layout(*boxes, pallet=PALLET):
 
 def table(lay):
     """The support table by column, a list of rows each."""
-    found = support_table(given_of(lay))
+    found = support_table(lay.given)
     assert found.shape == (len(lay), len(SUPPORT))
     return {name: found[:, k].tolist() for k, name in enumerate(SUPPORT)}
 

@@ -27,12 +27,6 @@ def printed(*words):
     return done.stdout
 
 
-@pytest.mark.parametrize("spec", ["sme", "fbs", "equilibrium", "equilibrium:time=0.3"])
-def test_the_first_judgement_of_a_static_method_imports_nothing(spec):
+@pytest.mark.parametrize("spec", ["sme", "fbs", "equilibrium", "equilibrium:time=0.3", "lstm_1"])
+def test_the_first_judgement_of_a_static_or_learned_method_imports_nothing(spec):
     assert printed(CODE, spec) == "[]\n"
-
-
-@pytest.mark.parametrize("spec", ["sme", "fbs", "pbs0.7", "equilibrium", "equilibrium:time=0.3"])
-def test_what_judges_by_statics_needs_no_compilation(spec):
-    code = CODE.replace("print(sorted({*sys.modules} - before))", "print('numba' in sys.modules)")
-    assert printed(code, spec) == "False\n"

@@ -20,7 +20,7 @@ _SIGNS = {
 """With the spaces that stand around a sign between two values, and not around one of a type."""
 
 _NAMES = {
-    "lower": "upper", "upper": "lower", "fmin": "fmax", "fmax": "fmin", "starts": "ends",
+    "lower": "upper", "upper": "lower", "least": "most", "most": "least", "starts": "ends",
     "ends": "starts", "true": "false", "false": "true",
 }  # fmt: skip
 _WHOLE = re.compile(r"(?<![\w.])[0-9](?![\w.])")

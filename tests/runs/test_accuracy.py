@@ -341,7 +341,6 @@ def test_intervals_stand_on_item_lists(run, labelled_set):
 def test_a_missing_verdict_is_wrong_and_reported_apart(study, tmp_path, monkeypatch):
     method = type(make_method("sme"))
     monkeypatch.setattr(method, "_judge", lambda *_: 1 / 0)
-    monkeypatch.setattr(method, "prepare", lambda *_: None)  # it judges, to compile
     run_study(dataclasses.replace(study, methods=("sme", "fbs")), tmp_path / "run")
     comparison = compare(tmp_path / "run")
     sme = comparison.evaluation.methods[0]

@@ -88,14 +88,6 @@ class Patch(NamedTuple):
     x1: float
     z1: float
 
-    def drawn_in(self, margin: float) -> Patch:
-        """See :meth:`Supports.drawn_in`."""
-        by_x = min(margin, 0.5 * (self.x1 - self.x0))
-        by_z = min(margin, 0.5 * (self.z1 - self.z0))
-        return self._replace(
-            x0=self.x0 + by_x, x1=self.x1 - by_x, z0=self.z0 + by_z, z1=self.z1 - by_z
-        )
-
 
 @dataclass(slots=True)
 class Supports:
@@ -111,14 +103,6 @@ class Supports:
     on_floor: list[bool]
     below: list[list[Patch]]
     above: list[list[int]]
-
-    def drawn_in(self, margin: float) -> Supports:
-        """The same with patches that are drawn in by a margin [cm] on every side.
-
-        What is narrower than twice that becomes a line in its middle.
-        """
-        below = [[patch.drawn_in(margin) for patch in patches] for patches in self.below]
-        return Supports(self.on_floor, below, self.above)
 
     def carriers(self, item: int) -> list[int]:
         """The items that an item stands on, in order."""

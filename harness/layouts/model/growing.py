@@ -200,6 +200,9 @@ class GrowingLayout:
         other._session, other._boxes = self._session.copy(), None
         return other
 
+    def __deepcopy__(self, memo: object) -> GrowingLayout:
+        return self.copy()
+
     def _note(self, item: Item, ended: int) -> None:
         """Keep an item that was put on; an error where it cannot be."""
         if ended == STANDS:
