@@ -34,8 +34,7 @@ def prepare_remedies() -> None:
 
 
 def _look_for_remedy(layout: Layout, step: int) -> Remedy | None:
-    """See :func:`steadyload.repairing.remedy.remedy`, which is imported when a plan fails.
-    """
+    """See :func:`steadyload.repairing.remedy.remedy`, which is imported when a plan fails."""
     from steadyload.repairing.remedy import remedy
 
     return remedy(layout, step)

@@ -58,14 +58,14 @@ def test_columns_whose_starts_descend_are_refused_before_a_row_is_read():
 
 def test_at_the_end_of_a_process_what_c_made_can_still_be_used():
     code = (
-        "import atexit; atexit.register(lambda: print(len(kept))); "
+        "import atexit; atexit.register(lambda: print(kept.put(box), len(kept.supports.below))); "
         "from steadyload.layouts.model.growing import GrowingLayout; "
         "from steadyload.layouts import Item, Pallet; "
         "kept = GrowingLayout(Pallet(100.0, 100.0, 100.0), 'a'); "
-        "atexit.register(kept.put, Item(0, (0.0, 0.0, 0.0), (10.0, 10.0, 10.0), 1.0))"
+        "box = Item(0, (0.0, 0.0, 0.0), (10.0, 10.0, 10.0), 1.0)"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
-    assert (done.returncode, done.stdout) == (0, "1\n"), done.stderr
+    assert (done.returncode, done.stdout) == (0, "None 1\n"), done.stderr
 
 
 def test_with_the_library_the_command_runs():
