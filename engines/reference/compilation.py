@@ -70,7 +70,7 @@ def compile_kept(function: Callable[..., Any], digest: str, part: Part) -> Calla
 
     Compiled code holds no lock of the interpreter, so that threads run it at once. Sums and
     products are rounded one by one, as the source has them: where a compiler may round them
-    together, numbers hang on the processor and on the order in which functions were compiled.
+    together, numbers depend on the processor and on the order in which functions were compiled.
 
     Args:
         function: to be compiled.

@@ -1,4 +1,4 @@
-/* What is called of the library of mathematics, which rounds as it likes in the last place. */
+/* Functions of the library of mathematics, which rounds as it likes in the last place. */
 #ifndef SL_ELEMENTARY_H
 #define SL_ELEMENTARY_H
 

@@ -1,4 +1,4 @@
-/* What learned methods judge by: features of every step of a layout, the ranges that networks were
+/* Numbers that learned methods judge by: features of every step of a layout, the ranges that networks were
    trained on, and the layers of a network.
 
    A layout of J boxes is given as in steadyload.h. Row j of what is filled depends on boxes 0 to j

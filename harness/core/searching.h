@@ -1,4 +1,4 @@
-/* What searches for other plans call: boxes loaded at given places, and free places. Units, arrays
+/* Functions for searches of other plans: boxes loaded at given places, and free places. Units, arrays
    and threads as in steadyload.h. J boxes. Endings are those of sl_ended. */
 #ifndef SL_SEARCHING_H
 #define SL_SEARCHING_H
@@ -108,7 +108,7 @@ SL_API int32_t sl_free_places(sl_work *work, int32_t count, const double *lower,
 }
 #endif
 
-/* What the files of the searches share. */
+/* Shared by the files of the searches. */
 
 #define AS_PLANNED 0.0 /* last number of a place */
 #define TURNED 1.0

@@ -103,7 +103,7 @@ SL_API int32_t sl_held_group(sl_held *held, int32_t step, int32_t *group);
    may be rounding. */
 SL_API double sl_thin_side(double gravity, double seconds);
 
-/* What follows is for the files of the library alone. */
+/* From here on: for the files of the library alone. */
 
 /* Points where boxes touch others, or soon may: corners of contact patches, on tops and bases and
    on faces at sides, and of patches that close when a gap does. */

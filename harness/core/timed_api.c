@@ -1,4 +1,4 @@
-/* What timed.h offers: loadings that are followed (timed.c), or whose balance alone is looked at
+/* The public functions of timed.h: loadings that are followed (timed.c), or whose balance alone is looked at
    (balance.c). */
 #include "timed.h"
 

@@ -1,8 +1,7 @@
 """Test vectors of the C library: layouts, and the numbers that it has to find for them.
 
 ``vectors.parquet`` beside this file has a row a layout, with the numbers of :data:`PARTS` that are
-asked of it. ``make_vectors.py`` makes it; its first numbers are those of the compiled Python that
-the library replaced.
+asked of it. ``make_vectors.py`` makes it.
 """
 
 from __future__ import annotations
