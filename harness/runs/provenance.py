@@ -155,8 +155,13 @@ def provenance() -> dict[str, Any]:
             **versions,
             **installed_versions(),
         },
-        "machine": f"{platform.system()} {platform.machine()}, {machine_kind()}",
+        "machine": machine(),
     }
+
+
+def machine() -> str:
+    """This kind of machine: its system and its processor."""
+    return f"{platform.system()} {platform.machine()}, {machine_kind()}"
 
 
 @cache

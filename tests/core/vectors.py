@@ -1,7 +1,7 @@
 """Test vectors of the C library: layouts, and the numbers that it has to find for them.
 
-``vectors.parquet`` beside this file has a row a layout, with the numbers of :data:`PARTS` that are
-asked of it. ``make_vectors.py`` makes it.
+``make_vectors.py`` makes ``vectors.parquet`` beside this file. Each row of it is a layout with the
+numbers of some of :data:`PARTS`.
 """
 
 from __future__ import annotations

@@ -2,7 +2,6 @@
 
 import json
 import math
-import platform
 import time
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
@@ -18,6 +17,7 @@ from golden_methods import Asked, asked
 from steadyload.engines.registry import package_versions
 from steadyload.methods.contract.method import judge
 from steadyload.methods.registry import make_method
+from steadyload.runs.provenance import machine
 
 FOLDER = Path(__file__).parent / "verdicts"
 ONE_MACHINE = FOLDER / "one_machine.json"
@@ -149,20 +149,6 @@ def advice(found: list[str]) -> str:
         "world, engine, features or inference) and record anew: python tests/golden/record.py. "
         f"Where only floats differ, judge all of validation and test before.\n{shown}"
     )
-
-
-def machine() -> str:
-    """The kind of machine, as far as floats hang on it.
-
-    Processors of one name may differ in their instructions, and then in the last bit.
-    """
-    info = Path("/proc/cpuinfo")
-    lines = info.read_text().splitlines() if info.exists() else []
-    told = [
-        next((line.partition(":")[2].strip() for line in lines if line.startswith(key)), "")
-        for key in ("model name", "cpu family", "model\t")
-    ]
-    return " ".join((platform.system(), platform.machine(), *told)).strip()
 
 
 def write(path: Path, rows: Iterable[Row]) -> None:

@@ -197,7 +197,7 @@ def measured(
     Raises:
         MotionError: see :func:`steadyload.studies.reality.record.open_record`; trials are to be
             simulated, and the file is not here.
-        EngineNotInstalledError: the reference is asked for, and its library is missing.
+        EngineNotInstalledError: ``reference`` is true, and numba is not installed.
         StudyError: an engine is not one of :func:`able_engines`.
         NotKeptError: rows are missing, and nothing may be measured.
     """
