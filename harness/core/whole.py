@@ -57,9 +57,25 @@ class Given:
         return finding(mine.found)
 
     def contacts(self) -> Contacts:
-        """See :func:`contacts`."""
+        """Which boxes stand on which, and where: ``sl_contacts``."""
         count, lower, upper, _, _, floor = self.addresses
-        return _contacts(count, lower, upper, floor)
+        mine = own()
+        boxes, patches = mine.boxes, mine.patches
+        if boxes.size <= count:
+            boxes.widen(2 * count + 1)
+        while True:
+            size = LIBRARY.sl_contacts(
+                mine.address, count, lower, upper, floor, *boxes.addresses, patches.size,
+                *patches.addresses,
+            )  # fmt: skip
+            if counted(size, "the contacts of a layout") <= patches.size:
+                break
+            patches.widen(2 * size)
+        on_floor, starts, above_starts = boxes.first(count + 1)
+        below, corners, above = patches.first(size)
+        return Contacts(
+            on_floor[:count], starts, below, corners, above_starts, above[: above_starts[-1]]
+        )
 
     def margin(self, most: float) -> Finding:
         """The margin of balance, as ``number``: ``sl_margin``."""
@@ -68,13 +84,6 @@ class Given:
             LIBRARY.sl_margin(mine.address, most, *self.addresses, mine.found_at), "a margin"
         )
         return finding(mine.found)
-
-
-def judge(
-    rule: int, alpha: float, lower: Any, upper: Any, weights: Any, offsets: Any, floor: Any
-) -> Finding:
-    """See :meth:`Given.judge`."""
-    return Given(lower, upper, weights, offsets, floor).judge(rule, alpha)
 
 
 class GivenMany:
@@ -121,12 +130,6 @@ class GivenMany:
         return found
 
 
-def check(lower: Any, upper: Any, weights: Any, offsets: Any, contour: Any) -> int:
-    """0 for a layout that has a meaning, else 1 + the first box that is wrong: ``sl_check``."""
-    boxes = _boxes(lower, upper, weights, offsets)
-    return int(LIBRARY.sl_check(*boxes, array("contour", contour, 6)))
-
-
 class Contacts(NamedTuple):
     """Vertical contacts of a layout: see ``sl_contacts``; (J,), (J + 1,) and (P,) or (P, 4)."""
 
@@ -136,33 +139,6 @@ class Contacts(NamedTuple):
     patches: Any
     above_starts: Any
     above: Any
-
-
-def contacts(lower: Any, upper: Any, floor: Any) -> Contacts:
-    """Which boxes stand on which, and where: ``sl_contacts``."""
-    count = count_of("lower", lower)
-    boxes = array("lower", lower, count, 3), array("upper", upper, count, 3)
-    return _contacts(count, *boxes, array("floor", floor, 5))
-
-
-def _contacts(count: int, lower: int, upper: int, floor: int) -> Contacts:
-    mine = own()
-    boxes, patches = mine.boxes, mine.patches
-    if boxes.size <= count:
-        boxes.widen(2 * count + 1)
-    while True:
-        size = LIBRARY.sl_contacts(
-            mine.address, count, lower, upper, floor, *boxes.addresses, patches.size,
-            *patches.addresses,
-        )  # fmt: skip
-        if counted(size, "the contacts of a layout") <= patches.size:
-            break
-        patches.widen(2 * size)
-    on_floor, starts, above_starts = boxes.first(count + 1)
-    below, corners, above = patches.first(size)
-    return Contacts(
-        on_floor[:count], starts, below, corners, above_starts, above[: above_starts[-1]]
-    )
 
 
 def _boxes(lower: Any, upper: Any, weights: Any, offsets: Any) -> tuple[int, int, int, int, int]:

@@ -55,7 +55,7 @@ def rules(arrays, variant):
 
 def contacts(arrays, _):
     """What stands on what, and where."""
-    return whole.contacts(arrays[0], arrays[1], arrays[4])._asdict()
+    return whole.Given(*arrays).contacts()._asdict()
 
 
 def placed(arrays, variant):
@@ -129,7 +129,8 @@ def held(arrays, variant):
 
 def closest(arrays, variant):
     """Forces that come closest to balancing the group of a box, with wider or narrower patches."""
-    given, found = whole.Given(*arrays), whole.contacts(arrays[0], arrays[1], arrays[4])
+    given = whole.Given(*arrays)
+    found = given.contacts()
     step = max(len(arrays[2]) - 1 - variant % 2, 0)
     items = timed.Held(given).group(step)
     used = [
@@ -279,7 +280,7 @@ def effects(arrays):
     force does to all boxes: force and moments about the middle, (C, 3 J).
     """
     lower, upper = arrays[:2]
-    found, middles = whole.contacts(lower, upper, arrays[4]), 0.5 * (lower + upper)
+    found, middles = whole.Given(lower, upper, *arrays[2:]).contacts(), 0.5 * (lower + upper)
     above = np.repeat(np.arange(len(lower)), np.diff(found.starts))
     on_floor = np.flatnonzero(found.on_floor)
     patches = np.concatenate([

@@ -13,7 +13,7 @@ from scipy.optimize import nnls
 from scipy.spatial import ConvexHull
 from vertical_balance import VerticalBalance, equations, solve
 
-from steadyload.core import forces, whole
+from steadyload.core import forces
 from steadyload.core.constants import CARRIED, FAILS, STANDS
 from steadyload.core.timed import Followed, closest_to_balance
 from steadyload.core.whole import Given
@@ -58,7 +58,7 @@ def heap(seed, floor, count=60):
 
 def test_contacts_are_those_of_all_pairs(layouts):
     for layout in layouts:
-        found = whole.contacts(layout.lower, layout.upper, layout.floor.corners)
+        found = layout.given.contacts()
         expected = find_contacts(layout)
         assert found.on_floor.tolist() == expected.on_floor.tolist()
         for j in range(len(layout)):
@@ -330,7 +330,8 @@ def test_a_point_is_inside_the_hull_that_qhull_finds():
         offsets[-1, ::2] = x - 3.0, z - 3.0
         corners = np.concatenate([at + wide * np.array(way) for way in np.ndindex(2, 2)])
         expected = (ConvexHull(corners).equations @ [x, z, 1.0] < 0.0).all()
-        found = whole.judge(CARRIED, 0.0, lower, lower + sizes, np.ones(len(lower)), offsets, PLANE)
+        load = Given(lower, lower + sizes, np.ones(len(lower)), offsets, PLANE)
+        found = load.judge(CARRIED, 0.0)
         assert (found.ended == STANDS) == expected
         inside += expected
     assert 150 < inside < 450
