@@ -28,7 +28,6 @@ THUMBNAIL_WIDTH = 240
 """Width of the figures in the index, in pixels."""
 
 _TIME = re.compile(r"\d\]? (?:us|ms|s)\b")
-_ABBREVIATIONS = re.compile(r"(?:e\.g|i\.e|vs|Eq|Fig|Sec|approx)\.$")
 
 
 class UnknownPageError(UserError):
@@ -154,12 +153,7 @@ def listed_answer(text: str) -> str:
 
 
 def answer(text: str) -> str:
-    """The first sentence of a page's summary; empty where it has none."""
+    """The first paragraph of a page; empty where it begins with anything else."""
     parts = [part.strip() for part in text.partition("\n")[2].split("\n\n")]
     first = next((part for part in parts if part), "")
-    if first.startswith(("#", "|", "- ", "!", "```")):
-        return ""
-    for end in re.finditer(r"[.?!](?=\s+[A-Z*`]|$)", first):
-        if not _ABBREVIATIONS.search(first[: end.end()]):
-            return " ".join(first[: end.end()].split())
-    return ""
+    return "" if first.startswith(("#", "|", "- ", "!", "```")) else " ".join(first.split())

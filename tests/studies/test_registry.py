@@ -102,7 +102,9 @@ def test_the_published_index_is_up_to_date():
 
 @pytest.mark.parametrize("said", ["3.71 [2.00, 6.20] ms of CPU", "takes 7.1 us", "right on 97 %"])
 def test_the_index_has_no_time_that_was_taken_on_a_busy_machine(said):
-    quiet, busy = (f"# T\n\nPS_opt: {said}. More.{load_explained(load)}\n" for load in (1.2, 3.4))
+    quiet, busy = (
+        f"# T\n\nPS_opt: {said}.\n\nMore.{load_explained(load)}\n" for load in (1.2, 3.4)
+    )
     assert published.listed_answer(quiet) == f"PS_opt: {said}."
     assert (said in published.listed_answer(busy)) == said.endswith("%")
 
@@ -142,7 +144,7 @@ def test_a_study_is_one_folder_and_one_line(toys, tmp_path, monkeypatch, capsys)
     assert Path("pages/README.md").read_text().splitlines()[-3:] == [
         "## [Boxes](toy/report.md)",
         "",
-        "**How many boxes are there?** There are 5 boxes.",
+        "**How many boxes are there?** There are 5 boxes. They were counted by 2.",
     ]
     assert main(["pages", "remake", "toy", "-o", "pages"]) == 0
     assert Path("pages/toy/report.md").read_text().startswith("# Boxes\n\nThere are 3 boxes. ")
