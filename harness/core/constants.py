@@ -68,6 +68,3 @@ AT_REST = 1e-12
 
 LEFT_OUT, AS_PLANNED, TURNED = -1.0, 0.0, 1.0
 """Last number of a place: the box is left out, as planned, or turned by a quarter."""
-
-OF_MOVED = 0.5
-"""Margin of balance [cm] of a box that is not at its place in the plan, at least."""

@@ -32,8 +32,8 @@ static bool is_refused(const sl_wishes *wishes, int32_t box, const double *place
 static double margin_of(const sl_boxes *boxes, const sl_wishes *wishes, int32_t box) {
     const double *place = wishes->places + 4 * (size_t)box;
     if (is_refused(wishes, box, place)) return __builtin_inf();
-    double margin = wishes->margins[box];
-    return is_same(place, boxes->planned + 4 * (size_t)box) ? margin : most(OF_MOVED, margin);
+    bool is_moved = !is_same(place, boxes->planned + 4 * (size_t)box);
+    return wishes->margins[(is_moved ? (size_t)boxes->count : 0) + (size_t)box];
 }
 
 /* A box at a place, as a session has it. */

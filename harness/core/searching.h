@@ -27,9 +27,8 @@ SL_API void sl_loading_free(sl_loading *loading);
 /* How many patches its memory has room for. */
 SL_API int32_t sl_loading_room(const sl_loading *loading);
 
-/* Places (J, 4) and margins of balance [cm] (J) of all boxes, and places at which a box does not
-   stand: its number and the place (R, 5). At another place than planned the margin of a box is at
-   least 0.5 cm. */
+/* Of all boxes: places (J, 4), and margins of balance [cm] at the place in the plan and at any other
+   (2, J). And places at which a box does not stand: its number and the place (R, 5). */
 typedef struct {
     const double *places, *margins;
     int32_t refused_count;
@@ -113,6 +112,5 @@ SL_API int32_t sl_free_places(sl_work *work, int32_t count, const double *lower,
 #define AS_PLANNED 0.0 /* last number of a place */
 #define TURNED 1.0
 #define LEFT_OUT (-1.0)
-#define OF_MOVED 0.5 /* [cm] margin of balance of a box that is not at its place in the plan */
 
 #endif

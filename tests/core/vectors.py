@@ -155,8 +155,10 @@ def loaded(arrays, variant):
     reorder, looks, found, numbers = variant % 4 > 0, variant % 5 == 0, [], []
     for turn in range(4):
         first = count if (variant + turn) % 3 else variant % count
-        order.begin(places, margins, refused, first)
-        while not order.load(reorder=reorder, looks=looks):
+        each = np.stack([margins, np.maximum(margins, 0.5)])
+        wishes = loading.Wishes(boxes, places, each, refused)
+        order.begin(wishes, first)
+        while not order.load(wishes, reorder=reorder, looks=looks):
             stays = (sum(order.loaded().order) + order.looked_at) % 6 != 0
             order.say(stays, reorder=reorder)
         there, stuck = order.loaded()
@@ -169,7 +171,7 @@ def loaded(arrays, variant):
         found += [*there, -1, *stuck, -1, len(free)]
         numbers += [*boxes.cost(places), *free[:3].ravel(), *far[:3], far.sum()]
         if box not in there:
-            found += order.first_standing(box, free[:200].copy(), 0.05, 3).tolist()
+            found += order.first_standing(wishes, box, free[:200].copy(), 0.05, 3).tolist()
         places, margins = places.copy(), margins.copy()
         if len(free):
             places[box] = free[min(variant % 5, len(free) - 1)]
