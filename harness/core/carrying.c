@@ -90,7 +90,7 @@ static int pass_on(sl_work *work, Motion *m, int32_t item, const double load[6])
     }
     double x = -load[5] / down, z = load[3] / down;
     double sideways = most(size_of(load[2]), size_of(load[0]));
-    /* What turns the box about the vertical, once the force is taken at its own point. */
+    /* The moment about the vertical, with the force taken at its own point. */
     double twist = load[4] - (z * load[0] - x * load[2]);
     if (!(sideways <= LEVEL * down && size_of(twist) <= LEVEL * down * 100.0))
         return pass_sideways(work, m, load, m->boxes->lower[item][1], (const double (*)[4])patches,
@@ -103,7 +103,7 @@ static int pass_on(sl_work *work, Motion *m, int32_t item, const double load[6])
     return ended;
 }
 
-/* What acts on a box at rest: its weight, and what presses on it from above. */
+/* The load on a box at rest: its weight, and what presses on it from above. */
 static void put_load(const Motion *m, int32_t item, double load[6]) {
     const Boxes *boxes = m->boxes;
     const Contacts *c = &boxes->contacts;

@@ -12,13 +12,12 @@
 #define SECONDS 0.3    /* [s] that a label gives a box to fall */
 #define GRAVITY 980.0  /* [cm/s2] */
 #define THRESHOLD 10.0 /* [cm, degrees] of a label: beyond it a box has moved too far */
-#define FAR 500.0      /* [cm] margin of boxes on the floor */
+#define ON_FLOOR 500.0 /* [cm] margin of boxes on the floor */
 #define SAFE 90.0      /* degrees: nothing is in the way */
-#define RIGHT (3.141592653589793 / 2.0)
 #define REACH (0.5 * GRAVITY * SECONDS * SECONDS)
 #define LEAST_OF_LOG 0.01 /* less is none */
 
-static double degrees(double angle) { return angle * (180.0 / 3.141592653589793); }
+static double degrees(double angle) { return angle * (180.0 / PI); }
 
 /* Half units above a label's threshold, between -3 and 3. */
 static double excess(double reached) {
@@ -136,7 +135,9 @@ static int stand(sl_work *work, Steps *s, int32_t i, int32_t step) {
     const double *low = boxes->lower[i], *high = boxes->upper[i];
     double *row = s->state[i], load = 0.0, weight = boxes->weights[i];
     double x = weight * boxes->centres[i][0] + 0.0, z = weight * boxes->centres[i][2] + 0.0;
-    bool out = overhangs(boxes, i);
+    double own[4];
+    put_base(boxes, i, own);
+    bool out = stands_out(boxes->floor, own);
     for (int k = 0; k < SL_STATE; k++) row[k] = 0.0;
     row[SL_TOUCH] = row[SL_SIDE] = row[SL_CATCH] = SAFE;
     row[SL_EXCESS] = excess(0.0);
@@ -150,7 +151,7 @@ static int stand(sl_work *work, Steps *s, int32_t i, int32_t step) {
     }
     row[SL_LOAD] = load / boxes->weights[i];
     if (low[1] <= TOLERANCE && !out) {
-        row[SL_SHARE] = 1.0, row[SL_MARGIN] = FAR, row[SL_RELATIVE] = 1.0;
+        row[SL_SHARE] = 1.0, row[SL_MARGIN] = ON_FLOOR, row[SL_RELATIVE] = 1.0;
         return SL_STANDS;
     }
     x /= weight;
@@ -160,7 +161,7 @@ static int stand(sl_work *work, Steps *s, int32_t i, int32_t step) {
     row[SL_DROP] = low[1] - level;
     row[SL_WAY] = min_of(row[SL_DROP], REACH);
     if (level <= (out ? -boxes->floor[4] : 0.0) + TOLERANCE) { /* it falls, and stays upright */
-        row[SL_MARGIN] = FAR, row[SL_RELATIVE] = 1.0;
+        row[SL_MARGIN] = ON_FLOOR, row[SL_RELATIVE] = 1.0;
         row[SL_EXCESS] = excess(row[SL_WAY]);
         return SL_STANDS;
     }

@@ -148,7 +148,7 @@ static void put_ranges(const Side *s, const int32_t *boxes, int32_t count, int32
     }
 }
 
-/* What is beside, below and above a box at a height. */
+/* Finds the boxes beside, below and above a box at a height. */
 static void look_round(Side *s, double y) {
     const Others *o = s->others;
     s->on_floor = y <= TOLERANCE;

@@ -125,7 +125,6 @@ static inline double max_of(double a, double b) { return b > a ? b : a; }
 Base base_on_floor(const Boxes *boxes, int32_t i);
 Base base_shared(const Boxes *boxes, int32_t i, int32_t k);
 bool is_area(Base base);
-bool overhangs(const Boxes *boxes, int32_t i);
 double angle_to_side(const Boxes *boxes, int32_t i, int32_t step, const Edge *edge);
 double height_to_fall(const Boxes *boxes, int32_t i, int32_t step);
 

@@ -10,11 +10,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from steadyload.core.constants import PLAIN, QUANTITIES, SUPPORT
 from steadyload.core.library import LIBRARY, array, count_of, ended_well, work
 from steadyload.core.whole import Given
-
-PLAIN, SUPPORT, QUANTITIES = 14, 43, 6
-"""Columns of plain features, of support and of quantities: as the header numbers them."""
 
 
 def plain_features(given: Given, pallet: Any) -> Any:

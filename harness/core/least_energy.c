@@ -124,7 +124,7 @@ static void solve(const sl_energy *e, int32_t count, const int32_t *equations, d
     }
 }
 
-/* What is left of the equations with the forces of the multipliers; false where factors fail. */
+/* Takes the forces of the multipliers off the equations; false where factors fail. */
 static bool pull(sl_energy *e, bool first, int32_t count, const int32_t *corners, double *pulls) {
     for (int32_t k = 0; k < count; k++) {
         int32_t c = corners[k], start = e->column_starts[c], end = e->column_starts[c + 1];

@@ -46,7 +46,6 @@ SL_API int32_t sl_load_begin(sl_loading *loading, const sl_boxes *boxes, const s
    before may be in the way, unless both are at their places in the plan, where that was so, too.
    SL_STANDS: all had their turn. SL_LOOK: where the caller `looks`, a box was put on, and sl_said
    has to follow. SL_MEMORY: all is taken off. SL_REFUSED: as of sl_load_begin, or not yet said. */
-#define SL_LOOK 8
 SL_API int32_t sl_load(sl_loading *loading, const sl_boxes *boxes, const sl_wishes *wishes,
                        int32_t reorder, int32_t looks);
 

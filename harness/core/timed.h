@@ -5,8 +5,6 @@
 
 #include "internal.h"
 
-#define SL_UNDECIDED 7 /* how a step ended whose motion takes more work than is allowed */
-
 /* How boxes are followed: friction of tops and bases (sides have none), gravity [cm/s2], how long
    [s], and the displacement [cm] and the angle [degrees] that count as moved. All 0 or more. */
 typedef struct { double friction, gravity, seconds, eps_t, eps_r; } sl_how;
@@ -152,7 +150,7 @@ struct sl_timed {
 #define EVENTS 40               /* gaps that close, after which a motion is not followed any more */
 #define SAMPLES 60              /* times between two events when it is looked for closed gaps */
 #define FAR 25.0                /* keeps a light pendulum from overflowing; it has tipped anyway */
-#define STILL 1e-12             /* share of the largest energy below which a box is at rest */
+#define AT_REST 1e-12           /* share of the largest energy below which a box is at rest */
 
 int begin_to_follow(sl_timed *timed);
 int moving_group(sl_timed *timed, int32_t step, bool *kept, Some *group);

@@ -3,8 +3,6 @@
 #include "elementary.h"
 #include "learned.h"
 
-#define RIGHT (3.141592653589793 / 2.0) /* angle [rad] that means: nothing is in the way */
-
 /* The part of a box's base that the floor lies below. */
 Base base_on_floor(const Boxes *boxes, int32_t i) {
     const double *low = boxes->lower[i], *high = boxes->upper[i], *floor = boxes->floor;
@@ -12,7 +10,7 @@ Base base_on_floor(const Boxes *boxes, int32_t i) {
                   max_of(low[2], floor[1]), min_of(high[2], floor[3])};
 }
 
-/* What the bases of two boxes share. */
+/* The rectangle that the bases of two boxes share. */
 Base base_shared(const Boxes *boxes, int32_t i, int32_t k) {
     const double *low = boxes->lower[i], *high = boxes->upper[i];
     const double *from = boxes->lower[k], *to = boxes->upper[k];
@@ -22,14 +20,7 @@ Base base_shared(const Boxes *boxes, int32_t i, int32_t k) {
 
 bool is_area(Base base) { return base.x1 - base.x0 > TOLERANCE && base.z1 - base.z0 > TOLERANCE; }
 
-/* True if the base of a box stands out over an edge of the floor. */
-bool overhangs(const Boxes *boxes, int32_t i) {
-    const double *low = boxes->lower[i], *high = boxes->upper[i], *floor = boxes->floor;
-    double out = max_of(floor[0] - low[0], high[0] - floor[2]);
-    return max_of(out, max_of(floor[1] - low[2], high[2] - floor[3])) > TOLERANCE;
-}
-
-/* The angle [rad] at which a box that tips outwards meets one at its side. */
+/* The angle [rad] at which a box that tips outwards meets one at its side, a right one for none. */
 double angle_to_side(const Boxes *boxes, int32_t i, int32_t step, const Edge *edge) {
     const double *low = boxes->lower[i], *high = boxes->upper[i];
     const double way[3] = {edge->nx, 0.0, edge->nz};
@@ -67,13 +58,15 @@ double height_to_fall(const Boxes *boxes, int32_t i, int32_t step) {
     return gap;
 }
 
-/* What lies below a box that tips and is met by it, in the order of angles [rad]; how many. */
+/* Puts the tops below a box that it meets when it tips, in the order of angles [rad]; how many. */
 static int32_t met_below(const Boxes *boxes, const Tipping *tips, double *angles, Base *bases) {
     const double *low = boxes->lower[tips->i], *high = boxes->upper[tips->i];
     const Edge *edge = &tips->edge;
+    double own[4];
     int32_t met = 0;
+    put_base(boxes, tips->i, own);
     /* The floor is numbered -1, and the ground beyond its edges -2. */
-    for (int32_t k = overhangs(boxes, tips->i) ? -2 : -1; k <= tips->step; k++) {
+    for (int32_t k = stands_out(boxes->floor, own) ? -2 : -1; k <= tips->step; k++) {
         if (k == tips->i) continue;
         Base base = {low[0], high[0], low[2], high[2]};
         double top = k == -2 ? -boxes->floor[4] : k == -1 ? 0.0 : boxes->upper[k][1];
@@ -93,7 +86,8 @@ static int32_t met_below(const Boxes *boxes, const Tipping *tips, double *angles
     return met;
 }
 
-/* The angles [rad] at which a box that tips first meets something below, and is held by it. */
+/* The angles [rad] at which a box that tips first meets something below, and is held by it; right
+   ones for none. */
 int angles_to_catch(sl_work *work, const Boxes *boxes, const Tipping *tips, double *touch,
                     double *caught) {
     uint64_t room = (uint64_t)tips->step + 3, size = 4 * room + (uint64_t)tips->corners;
