@@ -275,25 +275,15 @@ static bool is_log(int state) {
     return state >= 0 && state < SL_STATE && all >> state & 1;
 }
 
-int32_t sl_support_features(sl_work *work, int32_t count, const double *lower, const double *upper,
-                            const double *weights, const double *offsets, const double *floor,
-                            float *features) {
-    if (count < 0 || count > SL_MOST) return SL_REFUSED;
-    Mark before = mark(work);
-    double (*table)[SL_SUPPORT] = take(work, (uint64_t)count, sizeof *table);
-    int32_t ended = SL_MEMORY;
-    if (table)
-        ended = sl_support_table(work, count, lower, upper, weights, offsets, floor, table[0]);
-    for (int32_t j = 0; ended == SL_STANDS && j < count; j++)
+void sl_support_features(int32_t count, const double *table, float *features) {
+    for (int32_t j = 0; j < count; j++, table += SL_SUPPORT, features += SL_SUPPORT)
         for (int k = 0; k < SL_SUPPORT; k++) {
-            double value = table[j][k];
+            double value = table[k];
             if (is_log(k - SL_OWN) || is_log(k - SL_WORST) || k == SL_WEIGHT)
                 value = logarithm_of(max_of(value / THRESHOLD, LEAST_OF_LOG));
             else value = hyperbolic_area_of(value);
-            features[(size_t)j * SL_SUPPORT + (size_t)k] = (float)value;
+            features[k] = (float)value;
         }
-    free_to(work, before);
-    return ended;
 }
 
 void sl_plain_features(int32_t count, const double *lower, const double *upper,

@@ -2,8 +2,7 @@
    trained on, and the layers of a network.
 
    A layout of J boxes is given as in steadyload.h. Row j of what is filled depends on boxes 0 to j
-   alone. Any numbers are safe; features of layouts that sl_check refuses have no meaning. Matrices
-   are row by row; those of a network are of float. */
+   alone. Matrices are row by row; those of a network are of float. */
 #ifndef STEADYLOAD_LEARNED_H
 #define STEADYLOAD_LEARNED_H
 
@@ -70,12 +69,10 @@ SL_API int32_t sl_support_table(sl_work *work, int32_t count, const double *lowe
                                 const double *upper, const double *weights, const double *offsets,
                                 const double *floor, double *table);
 
-/* Into `features` (J, SL_SUPPORT): the columns of support as networks take them. Angles, ways,
-   loads, sides and heights of boxes, and weights: log of the value over 10, of 0.01 at least; all
-   others: their inverse hyperbolic sine. Returns as sl_support_table. */
-SL_API int32_t sl_support_features(sl_work *work, int32_t count, const double *lower,
-                                   const double *upper, const double *weights,
-                                   const double *offsets, const double *floor, float *features);
+/* Into `features` (J, SL_SUPPORT): a table of support as networks take it. Angles, ways, loads,
+   sides and heights of boxes, and weights: log of the value over 10, of 0.01 at least; all others:
+   their inverse hyperbolic sine. */
+SL_API void sl_support_features(int32_t count, const double *table, float *features);
 
 /* Into `quantities` (J, SL_QUANTITIES): the shortest and the longest side [cm], the weight [kg],
    the greatest offset over its side, the heaviest over the lightest box so far, and how far the box

@@ -39,9 +39,8 @@ def support_features(given: Given) -> Any:
     """Support of every step as networks take it, of type float32, (J, SUPPORT):
     ``sl_support_features``.
     """
-    found = np.empty((len(given), SUPPORT), np.float32)
-    ended = LIBRARY.sl_support_features(work(), *given.addresses, found.ctypes.data)
-    ended_well(ended, "the support of a layout")
+    table, found = support_table(given), np.empty((len(given), SUPPORT), np.float32)
+    LIBRARY.sl_support_features(len(given), table.ctypes.data, found.ctypes.data)
     return found
 
 

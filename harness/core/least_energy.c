@@ -18,7 +18,7 @@ struct sl_energy {
 };
 
 static void *copy_of(const void *from, uint64_t count, uint64_t size) {
-    void *made = sl_allocate((count + 1) * size);
+    void *made = allocate((count + 1) * size);
     if (made && from && count) memcpy(made, from, (size_t)(count * size));
     if (made && !from) memset(made, 0, (size_t)((count + 1) * size));
     return made;
@@ -77,7 +77,7 @@ void sl_energy_free(sl_energy *e) {
     void *all[] = {e->starts, e->rows, e->column_starts, e->column_rows, e->values, e->diagonal,
                    e->column_values, e->right, e->multipliers, e->work, e->rest, e->scale,
                    e->presses, e->held, e};
-    for (size_t k = 0; k < sizeof all / sizeof *all; k++) sl_free(all[k]);
+    for (size_t k = 0; k < sizeof all / sizeof *all; k++) free(all[k]);
 }
 
 /* Adds a column times itself, or takes it off; false where rounding leaves nothing positive. */

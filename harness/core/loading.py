@@ -94,7 +94,7 @@ class Boxes:
         if turns not in (1, 2) or most < 0:
             raise RefusedError("a box has 1 or 2 sides, and no fewer places than none")
         found, far = np.empty((turns * most, 4)), np.empty(turns * most)
-        wanted = _wanted(margin, limits, ways, most)
+        wanted = _WantedInC(array("limits", limits, 10), array("ways", ways, 3), margin, most)
         count = LIBRARY.sl_places_among(
             work(), self.address, array("places", places, self.count, 4),
             array("without", without, self.count, kind=bool), box, ct.addressof(wanted), turns,
@@ -102,36 +102,6 @@ class Boxes:
         )  # fmt: skip
         counted(count, "places of a box")
         return found[:count].copy(), far[:count].copy()
-
-
-def free_places(
-    lower: Any, upper: Any, centres: Any, size: Any, middle: Any, start: Any, margin: float,
-    limits: Any, levels: Any, ways: Any, most: int,
-) -> Any:  # fmt: skip
-    """Lower corners of places of one side of a box, (K, 3): ``sl_free_places``, for arguments."""
-    found, count, heights = (
-        np.empty((most, 3)),
-        count_of("lower", lower),
-        count_of("levels", levels),
-    )
-    of_others = [
-        array(name, values, count, 3)
-        for name, values in (("lower", lower), ("upper", upper), ("centres", centres))
-    ]
-    own = [
-        array(name, values, 3)
-        for name, values in (("size", size), ("middle", middle), ("start", start))
-    ]
-    wanted = _wanted(margin, limits, ways, most)
-    made = LIBRARY.sl_free_places(
-        work(), count, *of_others, *own, ct.addressof(wanted), heights,
-        array("levels", levels, heights), found.ctypes.data,
-    )  # fmt: skip
-    return found[: counted(made, "places of a box")]
-
-
-def _wanted(margin: float, limits: Any, ways: Any, most: int) -> _WantedInC:
-    return _WantedInC(array("limits", limits, 10), array("ways", ways, 3), margin, most)
 
 
 class Wishes:
@@ -178,11 +148,6 @@ class Loading:
         self._found.widen(count)
         self._counts = np.empty(2, np.int32)
         self._counts_at = int(self._counts.ctypes.data)
-
-    @property
-    def room(self) -> int:
-        """How many patches its memory has room for."""
-        return int(HELD.sl_loading_room(self._loading))
 
     def begin(self, wishes: Wishes, first: int) -> None:
         """Go back to before the first change, and to before the turn of box ``first`` at the

@@ -17,15 +17,11 @@ typedef struct {
     const double *sides, *offsets, *weights, *planned, *volumes;
 } sl_boxes;
 
-/* Boxes loaded at given places, each as soon as it stands, in nearly the order of a plan. What was
-   loaded last stays: boxes before the first change are not loaded again. `limits` (11) as of
+/* Boxes loaded at given places, each as soon as it stands, in nearly the order of a plan. Boxes before the first change are not loaded again. `limits` (11) as of
    sl_session_new. NULL: no memory. */
 typedef struct sl_loading sl_loading;
 SL_API sl_loading *sl_loading_new(const double *limits, int32_t count);
 SL_API void sl_loading_free(sl_loading *loading);
-
-/* How many patches its memory has room for. */
-SL_API int32_t sl_loading_room(const sl_loading *loading);
 
 /* Of all boxes: places (J, 4), and margins of balance [cm] at the place in the plan and at any other
    (2, J). And places at which a box does not stand: its number and the place (R, 5). */
@@ -92,15 +88,6 @@ typedef struct {
 SL_API int32_t sl_places_among(sl_work *work, const sl_boxes *boxes, const double *places,
                                const uint8_t *without, int32_t box, const sl_wanted *wanted,
                                int32_t turns, double *found, double *far);
-
-/* Lower corners (most, 3), in no order, of places of one side of a box among J others, of which
-   corners and centres of mass are given (J, 3): its `size` (3), `middle`: of its centre of mass
-   from its lower corner (3), its lower corner before (3), and heights at which it may lie, the most
-   wanted ones first. How many, or -SL_MEMORY, or -SL_REFUSED. */
-SL_API int32_t sl_free_places(sl_work *work, int32_t count, const double *lower,
-                              const double *upper, const double *centres, const double *size,
-                              const double *middle, const double *start, const sl_wanted *wanted,
-                              int32_t level_count, const double *levels, double *found);
 
 #ifdef __cplusplus
 }

@@ -19,7 +19,7 @@
     while (0)
 
 static uint64_t state = 88172645463325252ull;
-static long tried, ended[8], moving, refused;
+static long tried, ended[8], moving;
 
 static uint64_t bits(void) {
     state ^= state << 13, state ^= state >> 7, state ^= state << 17;
@@ -106,10 +106,6 @@ static void judge(sl_work *work, const Layout *l) {
         REQUIRE(is == SL_STANDS);
         check(many, half), check(many + 1, l->count - half);
     }
-    const double contour[6] = {0, 0, 0, 120, 200, 80};
-    int32_t bad = sl_check(l->count, l->lower, l->upper, l->weights, l->offsets, contour);
-    REQUIRE(bad >= 0 && bad <= l->count);
-    refused += bad > 0;
     int32_t none = sl_judge(work, 3, 0.0, l->count, l->lower, l->upper, l->weights, l->offsets,
                             l->floor, &(sl_finding){0});
     REQUIRE(none == SL_REFUSED);
@@ -159,9 +155,7 @@ static void learn(sl_work *work, const Layout *l) {
     int32_t is = sl_support_table(work, l->count, l->lower, l->upper, l->weights, l->offsets,
                                   l->floor, table);
     REQUIRE(is == SL_STANDS);
-    is = sl_support_features(work, l->count, l->lower, l->upper, l->weights, l->offsets, l->floor,
-                             rows);
-    REQUIRE(is == SL_STANDS);
+    sl_support_features(l->count, table, rows);
     sl_plain_features(l->count, l->lower, l->upper, l->weights, l->offsets, pallet, plain);
     sl_quantities(l->count, l->lower, l->upper, l->weights, l->offsets, l->floor, quantities);
     int32_t inside = sl_inside(l->count, quantities, least, most);
@@ -206,9 +200,7 @@ int main(int argc, char **argv) {
     clock_t begin = clock();
     if (argc > 2) state ^= strtoull(argv[2], NULL, 10);
     sl_work *work = sl_work_new();
-    void *piece = sl_allocate(16);
-    if (!work || !piece) return 2;
-    sl_free(piece);
+    if (!work) return 2;
     for (; (double)(clock() - begin) < seconds * CLOCKS_PER_SEC; tried++) {
         Layout l = draw();
         judge(work, &l);
@@ -218,7 +210,7 @@ int main(int argc, char **argv) {
         free(l.lower), free(l.upper), free(l.weights), free(l.offsets);
     }
     sl_work_free(work);
-    printf("%ld layouts, refused: %ld; steps that move: %ld; ended:", tried, refused, moving);
+    printf("%ld layouts; steps that move: %ld; ended:", tried, moving);
     for (int k = 0; k < 8; k++) printf(" %ld", ended[k]);
     puts("");
     return 0;

@@ -103,14 +103,15 @@ def followed(arrays, variant):
     how, margin = HOWS[variant % len(HOWS)], (0.0, 0.01, 0.5, 0.0)[variant // 7 % 4]
     loads, found, ways = timed.Followed(whole.Given(*arrays), margin, 1e4), [], []
     for step in range(len(arrays[2])):
-        if variant % 2:
-            ended, _, item, *way = loads.place(step, how)
+        ended, kept, items = loads.group(step)
+        item, way = -1, (0.0, 0.0, 0.0)
+        if len(items) and not kept:
+            ended, _, item, *way = loads.moved(step, items, how)
+        if variant % 2:  # as a step of Followed.first
+            ended = STANDS if kept else ended
+            loads.counts[0] += kept
         else:
-            ended, kept, items = loads.group(step)
             found += [kept, loads.is_near_its_edge(step, 0.5), *items]
-            item, way = -1, (0.0, 0.0, 0.0)
-            if len(items) and not kept:
-                ended, _, item, *way = loads.moved(step, items, how)
         found += [ended, item]
         ways.append(way)
     kept = loads.moves, loads.answers, loads.solved, loads.counts, loads.pressing, loads.pushes
