@@ -64,13 +64,13 @@ class _Scene:
         self.sizes = layout.upper - layout.lower
         self.middle = 0.5 * (layout.lower + layout.upper) + layout.mass_offsets
         self.joined = contacts.carries | contacts.carries.T
-        self.patches: list[Patch] = []
-        for j in np.flatnonzero(contacts.on_floor | contacts.at_edge).tolist():
-            low, high = contacts.floor_low[j].tolist(), contacts.floor_high[j].tolist()
-            self.patches.append(Patch(FLOOR, j, *low, *high))
-        for i, j in np.argwhere(contacts.carries).tolist():
-            low = contacts.corners_low[i, j].tolist()
-            self.patches.append(Patch(i, j, *low, *contacts.corners_high[i, j].tolist()))
+        found = contacts.below.tolist(), contacts.above.tolist(), contacts.corners.tolist()
+        patches = [Patch(i, j, *corners) for i, j, corners in zip(*found, strict=True)]
+        for j in np.flatnonzero(contacts.on_floor).tolist():
+            low = np.maximum(layout.lower[j, ::2], layout.floor.low).tolist()
+            high = np.minimum(layout.upper[j, ::2], layout.floor.high).tolist()
+            patches.append(Patch(FLOOR, j, *low, *high))
+        self.patches = sorted(patches)
 
     def margin(self, step: int, centres: bool) -> Margin:
         items = self._group(step)

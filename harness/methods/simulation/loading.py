@@ -98,10 +98,11 @@ class Loading(Placements):
                 reach = _reach(self.layout, group, self.parameters)
                 return self.locally(step, neighbourhood(self.layout, group, reach))
             found = self._contacts
-            floor = found.on_floor | found.at_edge
-            carried = bool((floor[group] | found.carries[: step + 1, group].any(axis=0)).all())
-            alone = bool(found.on_floor[step])
-            return self.widening(step, group, on_floor=alone, carried=carried)
+            carried = found.on_floor.copy()
+            carried[found.above[found.below <= step]] = True
+            return self.widening(
+                step, group, on_floor=bool(found.on_floor[step]), carried=bool(carried[group].all())
+            )
 
     @cached_property
     def _moving(self) -> MovingItems:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from steadyload.engines.world import Box, Poses
-from steadyload.layouts.model.contacts import Contacts
+from steadyload.layouts.model.contacts import FLOOR, Contacts
 from steadyload.layouts.model.layout import TOLERANCE, Arrangement, FloatArray
 
 VERSION = 1
@@ -199,10 +199,10 @@ def joined_groups(contacts: Contacts) -> list[NDArray[np.intp]]:
     Args:
         contacts: of the whole layout.
     """
-    touches = np.tril(contacts.carries | contacts.carries.T)
-    others: list[list[int]] = [[] for _ in touches]
-    for step, other in zip(*(side.tolist() for side in touches.nonzero()), strict=True):
-        others[step].append(other)
+    others: list[list[int]] = [[] for _ in contacts.on_floor]
+    for below, above in zip(contacts.below.tolist(), contacts.above.tolist(), strict=True):
+        if below != FLOOR:
+            others[max(below, above)].append(min(below, above))
     groups: list[list[int]] = []  # by item; those of one group share one list
     found = []
     for step, touched in enumerate(others):
