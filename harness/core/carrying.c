@@ -29,10 +29,9 @@ static void put_about(double row[6], const double load[6], const double point[3]
 /* The k-th way to push on patches: by corner, and by edge of the friction pyramid. */
 static void put_unit(double unit[6], const double (*patches)[4], int32_t k, double level,
                      double friction) {
-    const double *patch = patches[k / 16];
-    int corner = k / 4 % 4;
-    double x = patch[corner < 2 ? 0 : 2], z = patch[corner % 2 == 0 ? 1 : 3];
-    put_push(unit, x, level, z, k % 4, friction);
+    double at[2];
+    put_corner(patches[k / 16], k / 4 % 4, at);
+    put_push(unit, at[0], level, at[1], k % 4, friction);
 }
 
 /* Passes a load that is not vertical on to patches, inside their friction pyramids. */

@@ -110,18 +110,8 @@ void pressures(double x, double z, const double (*points)[2], const Part *parts,
 void sort_points(double (*points)[2], Part *parts, int32_t count);
 
 /* tipping.c: boxes 0 to `step`, of which box `i` moves. */
-typedef struct { double x0, x1, z0, z1; } Base; /* a rectangle */
-
-/* The lesser and the greater of two as Python's min and max have them: the first of equals, and
-   what is no number where it comes first. */
-static inline double min_of(double a, double b) { return b < a ? b : a; }
-static inline double max_of(double a, double b) { return b > a ? b : a; }
-
 #define FLAT 1e-9 /* [cm2] cross product of two edges below which there is no corner between */
 
-Base base_on_floor(const Boxes *boxes, int32_t i);
-Base base_shared(const Boxes *boxes, int32_t i, int32_t k);
-bool is_area(Base base);
 double angle_to_side(const Boxes *boxes, int32_t i, int32_t step, const Edge *edge);
 double height_to_fall(const Boxes *boxes, int32_t i, int32_t step);
 
