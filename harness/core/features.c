@@ -255,17 +255,6 @@ static int fill_table(sl_work *work, Boxes *boxes, double (*table)[SL_SUPPORT]) 
     return SL_STANDS;
 }
 
-int32_t sl_support_table(sl_work *work, int32_t count, const double *lower, const double *upper,
-                         const double *weights, const double *offsets, const double *floor,
-                         double *table) {
-    if (count < 0 || count > SL_MOST) return SL_REFUSED;
-    Boxes boxes = boxes_of(count, lower, upper, weights, offsets, floor);
-    Mark before = mark(work);
-    int32_t ended = fill_table(work, &boxes, (double (*)[SL_SUPPORT])table);
-    free_to(work, before);
-    return ended;
-}
-
 /* True for what networks take the log of, of the state of a box. */
 static bool is_log(int state) {
     const int all = 1 << SL_FREE | 1 << SL_TOUCH | 1 << SL_SIDE | 1 << SL_CATCH | 1 << SL_ANGLE |
@@ -273,15 +262,26 @@ static bool is_log(int state) {
     return state >= 0 && state < SL_STATE && all >> state & 1;
 }
 
-void sl_support_features(int32_t count, const double *table, float *features) {
-    for (int32_t j = 0; j < count; j++, table += SL_SUPPORT, features += SL_SUPPORT)
-        for (int k = 0; k < SL_SUPPORT; k++) {
-            double value = table[k];
-            if (is_log(k - SL_OWN) || is_log(k - SL_WORST) || k == SL_WEIGHT)
-                value = logarithm_of(most(LEAST_OF_LOG, value / THRESHOLD));
-            else value = hyperbolic_area_of(value);
-            features[k] = (float)value;
-        }
+/* A column as networks take it. */
+static double feature_of(int column, double value) {
+    bool takes_log = is_log(column - SL_OWN) || is_log(column - SL_WORST) || column == SL_WEIGHT;
+    if (!takes_log) return hyperbolic_area_of(value);
+    return logarithm_of(most(LEAST_OF_LOG, value / THRESHOLD));
+}
+
+int32_t sl_support(sl_work *work, int32_t count, const double *lower, const double *upper,
+                   const double *weights, const double *offsets, const double *floor,
+                   double *table, float *features) {
+    if (count < 0 || count > SL_MOST) return SL_REFUSED;
+    Boxes boxes = boxes_of(count, lower, upper, weights, offsets, floor);
+    Mark before = mark(work);
+    int32_t ended = fill_table(work, &boxes, (double (*)[SL_SUPPORT])table);
+    free_to(work, before);
+    if (ended) return ended;
+    for (int32_t j = 0; j < count; j++)
+        for (int column = 0; column < SL_SUPPORT; column++)
+            *features++ = (float)feature_of(column, *table++);
+    return SL_STANDS;
 }
 
 void sl_plain_features(int32_t count, const double *lower, const double *upper,

@@ -63,16 +63,13 @@ SL_API void sl_plain_features(int32_t count, const double *lower, const double *
                               const double *weights, const double *offsets, const double *pallet,
                               float *features);
 
-/* Into `table` (J, SL_SUPPORT): the columns of support. SL_STANDS; SL_MEMORY where there is none,
-   or SL_REFUSED with a count below 0 or above SL_MOST: `table` means nothing then. */
-SL_API int32_t sl_support_table(sl_work *work, int32_t count, const double *lower,
-                                const double *upper, const double *weights, const double *offsets,
-                                const double *floor, double *table);
-
-/* Into `features` (J, SL_SUPPORT): a table of support as networks take it. Angles, ways, loads,
-   sides and heights of boxes, and weights: log of the value over 10, of 0.01 at least; all others:
-   their inverse hyperbolic sine. */
-SL_API void sl_support_features(int32_t count, const double *table, float *features);
+/* Into `table` (J, SL_SUPPORT): the columns of support. Into `features` (J, SL_SUPPORT): the same as
+   networks take them. Angles, ways, loads, sides and heights of boxes, and weights: log of the value
+   over 10, of 0.01 at least; all others: their inverse hyperbolic sine. SL_STANDS; SL_MEMORY where
+   there is none, or SL_REFUSED with a count below 0 or above SL_MOST: both mean nothing then. */
+SL_API int32_t sl_support(sl_work *work, int32_t count, const double *lower, const double *upper,
+                          const double *weights, const double *offsets, const double *floor,
+                          double *table, float *features);
 
 /* Into `quantities` (J, SL_QUANTITIES): the shortest and the longest side [cm], the weight [kg],
    the greatest offset over its side, the heaviest over the lightest box so far, and how far the box

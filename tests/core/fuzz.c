@@ -155,10 +155,9 @@ static void learn(sl_work *work, const Layout *l) {
     for (int c = 0; c < SL_QUANTITIES; c++) {
         least[c] = part() < l->wild ? wild() : 0.0, most[c] = part() < l->wild ? wild() : 100.0;
     }
-    int32_t is = sl_support_table(work, l->count, l->lower, l->upper, l->weights, l->offsets,
-                                  l->floor, table);
+    int32_t is = sl_support(work, l->count, l->lower, l->upper, l->weights, l->offsets,
+                            l->floor, table, rows);
     REQUIRE(is == SL_STANDS);
-    sl_support_features(l->count, table, rows);
     sl_plain_features(l->count, l->lower, l->upper, l->weights, l->offsets, pallet, plain);
     sl_quantities(l->count, l->lower, l->upper, l->weights, l->offsets, l->floor, quantities);
     int32_t inside = sl_inside(l->count, quantities, least, most);
@@ -171,7 +170,7 @@ static void learn(sl_work *work, const Layout *l) {
         REQUIRE(row[SL_BELOW] >= 0.0 && row[SL_BELOW] <= (double)j);
         REQUIRE(row[SL_UNBALANCED] <= row[SL_BELOW] + 1.0 && row[SL_MOVING] <= row[SL_BELOW] + 1.0);
     }
-    REQUIRE(sl_support_table(work, -1, NULL, NULL, NULL, NULL, NULL, NULL) == SL_REFUSED);
+    REQUIRE(sl_support(work, -1, NULL, NULL, NULL, NULL, NULL, NULL, NULL) == SL_REFUSED);
     free(table), free(quantities), free(plain), free(rows);
 }
 

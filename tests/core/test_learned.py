@@ -42,9 +42,8 @@ def test_features_are_the_table_with_logarithms_of_lengths_and_weights():
     lengths = ("angle", "way", "load", "box height", "shorter side")
     as_log = [name.endswith(lengths) or name == "weight" for name in names(FeatureKind.SUPPORT)]
     for layout in LAYOUTS:
-        table = learned.support_table(layout.given)
+        table, found = learned.support(layout.given)
         expected = np.where(as_log, np.log(np.maximum(table / 10.0, 0.01)), np.arcsinh(table))
-        found = learned.support_features(layout.given)
         np.testing.assert_allclose(found, expected, rtol=1e-6, atol=1e-7)
 
 
@@ -105,7 +104,7 @@ def test_a_copy_has_arrays_of_its_own(copied):
     given = LAYOUTS[0].given
     other = copied(given)
     assert not set(other.addresses[1:]) & set(given.addresses[1:])
-    assert learned.support_table(other).tobytes() == learned.support_table(given).tobytes()
+    assert learned.support(other)[0].tobytes() == learned.support(given)[0].tobytes()
 
 
 def test_arrays_of_another_kind_are_refused_by_name():

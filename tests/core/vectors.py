@@ -227,8 +227,9 @@ def squares(arrays, _):
 def features(arrays, _):
     """What learned methods judge by."""
     given = whole.Given(*arrays)
+    support, network = learned.support(given)
     return {
-        "support": learned.support_table(given), "network": learned.support_features(given),
+        "support": support, "network": network,
         "plain": learned.plain_features(given, np.array([120.0, 150.0, 80.0])),
         "quantities": learned.quantities(given),
     }  # fmt: skip
