@@ -130,12 +130,8 @@ int pass_on_loads(sl_work *work, Motion *m, int32_t *failed) {
     const Boxes *boxes = m->boxes;
     const Contacts *c = &boxes->contacts;
     for (;;) {
-        int32_t item = -1;
+        int32_t item = *failed = highest_pending(boxes, m->role, m->step);
         double load[6];
-        for (int32_t j = 0; j <= m->step; j++)
-            if (m->role[j] == PENDING &&
-                (item < 0 || boxes->lower[j][1] > boxes->lower[item][1])) item = j;
-        *failed = item;
         if (item < 0) return SL_STANDS;
         m->role[item] = PASSED;
         put_load(m, item, load);

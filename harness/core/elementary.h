@@ -1,4 +1,5 @@
-/* Angles, and functions of the library of mathematics, which rounds as it likes in the last place. */
+/* Angles, and functions of the library of mathematics, which rounds as it likes in the last
+   place. */
 #ifndef SL_ELEMENTARY_H
 #define SL_ELEMENTARY_H
 

@@ -1,5 +1,5 @@
-/* Numbers that learned methods judge by: features of every step of a layout, the ranges that networks were
-   trained on, and the layers of a network.
+/* Numbers that learned methods judge by: features of every step of a layout, the ranges that
+   networks were trained on, and the layers of a network.
 
    A layout of J boxes is given as in steadyload.h. Row j of what is filled depends on boxes 0 to j
    alone. Matrices are row by row; those of a network are of float. */
@@ -63,10 +63,11 @@ SL_API void sl_plain_features(int32_t count, const double *lower, const double *
                               const double *weights, const double *offsets, const double *pallet,
                               float *features);
 
-/* Into `table` (J, SL_SUPPORT): the columns of support. Into `features` (J, SL_SUPPORT): the same as
-   networks take them. Angles, ways, loads, sides and heights of boxes, and weights: log of the value
-   over 10, of 0.01 at least; all others: their inverse hyperbolic sine. SL_STANDS; SL_MEMORY where
-   there is none, or SL_REFUSED with a count below 0 or above SL_MOST: both mean nothing then. */
+/* Into `table` (J, SL_SUPPORT): the columns of support. Into `features` (J, SL_SUPPORT): the
+   same as networks take them. Angles, ways, loads, sides and heights of boxes, and weights: log
+   of the value over 10, of 0.01 at least; all others: their inverse hyperbolic sine. SL_STANDS;
+   SL_MEMORY where there is none, or SL_REFUSED with a count below 0 or above SL_MOST: both mean
+   nothing then. */
 SL_API int32_t sl_support(sl_work *work, int32_t count, const double *lower, const double *upper,
                           const double *weights, const double *offsets, const double *floor,
                           double *table, float *features);

@@ -1,5 +1,5 @@
-/* Functions for searches of other plans: boxes loaded at given places, and free places. Units, arrays
-   and threads as in steadyload.h. J boxes. Endings are those of sl_ended. */
+/* Functions for searches of other plans: boxes loaded at given places, and free places. Units,
+   arrays and threads as in steadyload.h. J boxes. Endings are those of sl_ended. */
 #ifndef SL_SEARCHING_H
 #define SL_SEARCHING_H
 
@@ -17,14 +17,15 @@ typedef struct {
     const double *sides, *offsets, *weights, *planned, *volumes;
 } sl_boxes;
 
-/* Boxes loaded at given places, each as soon as it stands, in nearly the order of a plan. Boxes before the first change are not loaded again. `limits` (11) as of
-   sl_session_new. NULL: no memory. */
+/* Boxes loaded at given places, each as soon as it stands, in nearly the order of a plan. Boxes
+   before the first change are not loaded again. `limits` (11) as of sl_session_new. NULL: no
+   memory. */
 typedef struct sl_loading sl_loading;
 SL_API sl_loading *sl_loading_new(const double *limits, int32_t count);
 SL_API void sl_loading_free(sl_loading *loading);
 
-/* Of all boxes: places (J, 4), and margins of balance [cm] at the place in the plan and at any other
-   (2, J). And places at which a box does not stand: its number and the place (R, 5). */
+/* Of all boxes: places (J, 4), and margins of balance [cm] at the place in the plan and at any
+   other (2, J). And places at which a box does not stand: its number and the place (R, 5). */
 typedef struct {
     const double *places, *margins;
     int32_t refused_count;

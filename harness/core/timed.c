@@ -75,10 +75,9 @@ static bool any_moves(const sl_timed *t, Some group) {
 static int pass_new_down(sl_timed *t, int32_t step) {
     Boxes *boxes = &t->boxes;
     const Contacts *c = &boxes->contacts;
-    int32_t above = c->above_starts[step];
     Some items;
     memset(boxes->changed, 0, (size_t)c->size * sizeof *boxes->changed);
-    if (above != c->above_ends[step] && c->above[above] <= step) return SL_FAILS;
+    if (carries_any(c, step)) return SL_FAILS;
     int ended = pass_down(t->work, boxes, step, &items);
     if (!ended) keep_presses(boxes, items, step);
     return ended;

@@ -1,5 +1,5 @@
-/* The public functions of timed.h: loadings that are followed (timed.c), or whose balance alone is looked at
-   (balance.c). */
+/* The public functions of timed.h: loadings that are followed (timed.c), or whose balance alone
+   is looked at (balance.c). */
 #include "timed.h"
 
 static const double *copy_of(sl_work *work, const double *values, int32_t rows, int columns) {
