@@ -8,7 +8,7 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from steadyload.core.learned import plain_features, support_features
+from steadyload.core.learned import plain_features, support
 from steadyload.core.whole import Given
 from steadyload.layouts.model.layout import Arrangement, Item, Layout, Vector
 
@@ -79,7 +79,7 @@ def features_of(given: Given, pallet: Vector, kind: FeatureKind) -> Array32:
     found: Array32 = (
         plain_features(given, np.array(pallet, dtype=np.float64))
         if kind is FeatureKind.PLAIN
-        else support_features(given)
+        else support(given)[1]
     )
     return found
 

@@ -395,7 +395,7 @@ FREE = {
     "reports.pages.writing": "a folder, to lock it",
     "atomic": "writes",
     "tuning.ledger": "writes",
-    "engines.reference.compiled": "the source of the program",
+    "engines.reference.compilation": "the source of the program",
     "runs.provenance": "the source of the program, and the kind of processor",
     "engines.checks.protocol": "the memory of this process",
     "studies.scale.needs": "the memory of this process",

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from steadyload.engines.reference.compiled import compiled
+from steadyload.engines.reference.compilation import compiled
 
 SIZE = 6
 

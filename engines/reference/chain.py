@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from steadyload.engines.reference.compiled import compiled
+from steadyload.engines.reference.compilation import compiled
 from steadyload.engines.reference.contact import FLOOR
 
 

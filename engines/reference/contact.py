@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from steadyload.engines.reference.compiled import compiled
+from steadyload.engines.reference.compilation import compiled
 from steadyload.engines.reference.damping import damp, put_ease
 from steadyload.engines.reference.law import friction_ratio, normal_force, softening
 from steadyload.engines.reference.polygon import (

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from steadyload.engines.reference.compiled import compiled
+from steadyload.engines.reference.compilation import compiled
 
 
 @compiled

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from steadyload.engines.reference.compiled import compiled
+from steadyload.engines.reference.compilation import compiled
 from steadyload.engines.reference.contact import FLOOR
 from steadyload.engines.reference.rodas import FINISHED, NOT_FINITE, Control, integrate
 

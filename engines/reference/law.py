@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from scipy.optimize import brentq
 
-from steadyload.engines.reference.compiled import compiled
+from steadyload.engines.reference.compilation import compiled
 
 
 class Law(NamedTuple):

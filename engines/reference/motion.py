@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from steadyload.engines.reference.chain import chain
-from steadyload.engines.reference.compiled import compiled
+from steadyload.engines.reference.compilation import compiled
 from steadyload.engines.reference.contact import FLOOR, touch
 
 

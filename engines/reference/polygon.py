@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from steadyload.engines.reference.compiled import compiled
+from steadyload.engines.reference.compilation import compiled
 
 APART, FACE_OF_FIRST, FACE_OF_SECOND, EDGES = 0, 1, 2, 3
 

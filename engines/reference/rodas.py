@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from steadyload.engines.reference.blocks import elimination_order, factorise, solve
-from steadyload.engines.reference.compiled import compiled
+from steadyload.engines.reference.compilation import compiled
 from steadyload.engines.reference.contact import FLOOR
 from steadyload.engines.reference.motion import (
     accelerations,

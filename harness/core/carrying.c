@@ -29,10 +29,9 @@ static void put_about(double row[6], const double load[6], const double point[3]
 /* The k-th way to push on patches: by corner, and by edge of the friction pyramid. */
 static void put_unit(double unit[6], const double (*patches)[4], int32_t k, double level,
                      double friction) {
-    const double *patch = patches[k / 16];
-    int corner = k / 4 % 4;
-    double x = patch[corner < 2 ? 0 : 2], z = patch[corner % 2 == 0 ? 1 : 3];
-    put_push(unit, x, level, z, k % 4, friction);
+    double at[2];
+    put_corner(patches[k / 16], k / 4 % 4, at);
+    put_push(unit, at[0], level, at[1], k % 4, friction);
 }
 
 /* Passes a load that is not vertical on to patches, inside their friction pyramids. */
@@ -90,7 +89,7 @@ static int pass_on(sl_work *work, Motion *m, int32_t item, const double load[6])
     }
     double x = -load[5] / down, z = load[3] / down;
     double sideways = most(size_of(load[2]), size_of(load[0]));
-    /* What turns the box about the vertical, once the force is taken at its own point. */
+    /* The moment about the vertical, with the force taken at its own point. */
     double twist = load[4] - (z * load[0] - x * load[2]);
     if (!(sideways <= LEVEL * down && size_of(twist) <= LEVEL * down * 100.0))
         return pass_sideways(work, m, load, m->boxes->lower[item][1], (const double (*)[4])patches,
@@ -103,7 +102,7 @@ static int pass_on(sl_work *work, Motion *m, int32_t item, const double load[6])
     return ended;
 }
 
-/* What acts on a box at rest: its weight, and what presses on it from above. */
+/* The load on a box at rest: its weight, and what presses on it from above. */
 static void put_load(const Motion *m, int32_t item, double load[6]) {
     const Boxes *boxes = m->boxes;
     const Contacts *c = &boxes->contacts;
@@ -131,12 +130,8 @@ int pass_on_loads(sl_work *work, Motion *m, int32_t *failed) {
     const Boxes *boxes = m->boxes;
     const Contacts *c = &boxes->contacts;
     for (;;) {
-        int32_t item = -1;
+        int32_t item = *failed = highest_pending(boxes, m->role, m->step);
         double load[6];
-        for (int32_t j = 0; j <= m->step; j++)
-            if (m->role[j] == PENDING &&
-                (item < 0 || boxes->lower[j][1] > boxes->lower[item][1])) item = j;
-        *failed = item;
         if (item < 0) return SL_STANDS;
         m->role[item] = PASSED;
         put_load(m, item, load);

@@ -1,42 +1,21 @@
 /* The constants that Python states, too: constants.py. They are compared when the library is
    loaded (library.py). */
+#include "learned.h"
 #include "searching.h"
 #include "timed.h"
 
-#define SHARED(name, value)                                                                        \
+#define OWN(name)                                                                                  \
     extern SL_API const double sl_constant_##name;                                                 \
-    const double sl_constant_##name = value;
+    const double sl_constant_##name = name;
+#define PUBLIC(name)                                                                               \
+    extern SL_API const double sl_constant_##name;                                                 \
+    const double sl_constant_##name = SL_##name;
 
-SHARED(VERSION, SL_VERSION)
-
-SHARED(STANDS, SL_STANDS)
-SHARED(FAILS, SL_FAILS)
-SHARED(UNRESOLVED, SL_UNRESOLVED)
-SHARED(OUTSIDE, SL_OUTSIDE)
-SHARED(OVERLAPS, SL_OVERLAPS)
-SHARED(MEMORY, SL_MEMORY)
-SHARED(REFUSED, SL_REFUSED)
-SHARED(UNDECIDED, SL_UNDECIDED)
-SHARED(LOOK, SL_LOOK)
-
-SHARED(SUPPORTED, SL_SUPPORTED)
-SHARED(CARRIED, SL_CARRIED)
-SHARED(BALANCED, SL_BALANCED)
-
-SHARED(FLOOR, FLOOR)
-SHARED(STATED_TOLERANCE, STATED_TOLERANCE)
-SHARED(TOLERANCE, TOLERANCE)
-SHARED(ROUNDING, ROUNDING)
-SHARED(EDGE, EDGE)
-SHARED(RESIDUE, RESIDUE)
-SHARED(NOISE, NOISE)
-SHARED(TIE, TIE)
-SHARED(TOUCH, TOUCH)
-SHARED(EVENTS, EVENTS)
-SHARED(SAMPLES, SAMPLES)
-SHARED(FAR, FAR)
-SHARED(AT_REST, STILL)
-SHARED(LEFT_OUT, LEFT_OUT)
-SHARED(AS_PLANNED, AS_PLANNED)
-SHARED(TURNED, TURNED)
-SHARED(OF_MOVED, OF_MOVED)
+PUBLIC(VERSION)
+PUBLIC(STANDS) PUBLIC(FAILS) PUBLIC(UNRESOLVED) PUBLIC(OUTSIDE) PUBLIC(OVERLAPS) PUBLIC(MEMORY)
+PUBLIC(REFUSED) PUBLIC(UNDECIDED) PUBLIC(LOOK)
+PUBLIC(SUPPORTED) PUBLIC(CARRIED) PUBLIC(BALANCED)
+PUBLIC(PLAIN) PUBLIC(SUPPORT) PUBLIC(QUANTITIES)
+OWN(FLOOR) OWN(STATED_TOLERANCE) OWN(TOLERANCE) OWN(ROUNDING) OWN(EDGE) OWN(RESIDUE) OWN(NOISE)
+OWN(TIE) OWN(TOUCH) OWN(EVENTS) OWN(SAMPLES) OWN(FAR) OWN(AT_REST)
+OWN(LEFT_OUT) OWN(AS_PLANNED) OWN(TURNED)

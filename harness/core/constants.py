@@ -1,7 +1,8 @@
-"""Constants that the C library and Python share.
+"""Constants of the C library that Python uses, too.
 
-They are stated here for Python and in the headers for C; :mod:`steadyload.core.library` compares
-the two when it loads the library. ``constants.c`` lists those that are compared: all of this file.
+Their home is the headers. They are stated once more here, for readers and type checkers; when
+:mod:`steadyload.core.library` loads the library, it compares all of this file with what was
+compiled, which ``constants.c`` lists.
 """
 
 VERSION = 1
@@ -69,5 +70,5 @@ AT_REST = 1e-12
 LEFT_OUT, AS_PLANNED, TURNED = -1.0, 0.0, 1.0
 """Last number of a place: the box is left out, as planned, or turned by a quarter."""
 
-OF_MOVED = 0.5
-"""Margin of balance [cm] of a box that is not at its place in the plan, at least."""
+PLAIN, SUPPORT, QUANTITIES = 14, 43, 6
+"""Columns of plain features, of support and of quantities, as learned.h numbers them."""

@@ -1,8 +1,12 @@
-/* Functions of the library of mathematics, which rounds as it likes in the last place. */
+/* Angles, and functions of the library of mathematics, which rounds as it likes in the last
+   place. */
 #ifndef SL_ELEMENTARY_H
 #define SL_ELEMENTARY_H
 
 #include <math.h>
+
+#define PI 3.141592653589793
+#define RIGHT (PI / 2.0) /* [rad] */
 
 static inline double sine_of(double a) { return sin(a); }
 static inline double hyperbolic_sine_of(double a) { return sinh(a); }

@@ -12,17 +12,16 @@
 #define SECONDS 0.3    /* [s] that a label gives a box to fall */
 #define GRAVITY 980.0  /* [cm/s2] */
 #define THRESHOLD 10.0 /* [cm, degrees] of a label: beyond it a box has moved too far */
-#define FAR 500.0      /* [cm] margin of boxes on the floor */
+#define ON_FLOOR 500.0 /* [cm] margin of boxes on the floor */
 #define SAFE 90.0      /* degrees: nothing is in the way */
-#define RIGHT (3.141592653589793 / 2.0)
 #define REACH (0.5 * GRAVITY * SECONDS * SECONDS)
 #define LEAST_OF_LOG 0.01 /* less is none */
 
-static double degrees(double angle) { return angle * (180.0 / 3.141592653589793); }
+static double degrees(double angle) { return angle * (180.0 / PI); }
 
 /* Half units above a label's threshold, between -3 and 3. */
 static double excess(double reached) {
-    return min_of(max_of(2.0 * (reached - THRESHOLD), -3.0), 3.0);
+    return least(3.0, most(-3.0, 2.0 * (reached - THRESHOLD)));
 }
 
 /* All that the steps of a layout need; points are corners of the patches below one box. */
@@ -36,13 +35,11 @@ typedef struct {
 } Steps;
 
 /* Adds the corners of a patch; its area. */
-static double add_patch(Steps *s, int32_t *count, Base base, int32_t patch) {
-    const double xs[2] = {base.x0, base.x1}, zs[2] = {base.z0, base.z1};
-    double area = (base.x1 - base.x0) * (base.z1 - base.z0);
+static double add_patch(Steps *s, int32_t *count, const double patch[4], int32_t number) {
+    double area = (patch[2] - patch[0]) * (patch[3] - patch[1]);
     for (int corner = 0; corner < 4; corner++) {
-        double *point = s->points[*count];
-        point[0] = xs[corner / 2], point[1] = zs[corner % 2];
-        s->parts[(*count)++] = (Part){0.25 * area, patch};
+        put_corner(patch, corner, s->points[*count]);
+        s->parts[(*count)++] = (Part){0.25 * area, number};
     }
     return area;
 }
@@ -50,18 +47,18 @@ static double add_patch(Steps *s, int32_t *count, Base base, int32_t patch) {
 /* The corners of what carries a box, or of what it falls on, sorted; how many. */
 static int32_t find_points(Steps *s, int32_t i, int32_t step, double level, bool supported) {
     const Contacts *c = &s->boxes->contacts;
-    double *row = s->state[i], covered = 0.0;
-    Base base = base_on_floor(s->boxes, i);
+    double *row = s->state[i], covered = 0.0, base[4], top[4], patch[4];
     int32_t count = 0, patches = 0;
-    if (size_of(level) <= TOLERANCE && is_area(base))
-        covered += add_patch(s, &count, base, FLOOR), patches++;
+    put_base(s->boxes, i, base);
+    if (size_of(level) <= TOLERANCE && share(base, s->boxes->floor, patch))
+        covered += add_patch(s, &count, patch, FLOOR), patches++;
     int32_t first = supported ? c->starts[i] : 0, end = supported ? c->ends[i] : step + 1;
     for (int32_t at = first; at < end; at++) {
         int32_t k = supported ? c->below[at] : at;
         if (k < 0 || k == i || k > step) continue;
         if (!(size_of(s->boxes->upper[k][1] - level) <= TOLERANCE)) continue;
-        base = base_shared(s->boxes, i, k);
-        if (is_area(base)) covered += add_patch(s, &count, base, at), patches++;
+        put_base(s->boxes, k, top);
+        if (share(base, top, patch)) covered += add_patch(s, &count, patch, at), patches++;
     }
     const double *low = s->boxes->lower[i], *high = s->boxes->upper[i];
     if (supported) row[SL_SUPPORTERS] = patches;
@@ -78,26 +75,26 @@ static int tip(sl_work *work, Steps *s, const Tipping *tips) {
     double *row = s->state[tips->i];
     double wide = high[0] - low[0], deep = high[2] - low[2], tall = high[1] - low[1];
     /* A box that tips over an edge: (r2 + d2 + h2) a'' = g (d + h a), from rest. */
-    double seconds = SECONDS - root_of(2.0 * min_of(row[SL_DROP], REACH) / GRAVITY);
-    double lever = -row[SL_MARGIN], height = max_of(boxes->centres[tips->i][1] - low[1], 1e-6);
+    double seconds = SECONDS - root_of(2.0 * least(REACH, row[SL_DROP]) / GRAVITY);
+    double lever = -row[SL_MARGIN], height = most(1e-6, boxes->centres[tips->i][1] - low[1]);
     double along = size_of(edge->nx) * wide + size_of(edge->nz) * deep;
     double inertia = (along * along + tall * tall) / 12.0 + lever * lever + height * height;
-    double rate = max_of(seconds, 0.0) * root_of(GRAVITY * height / inertia);
-    double turned = lever / height * (hyperbolic_cosine_of(min_of(rate, 20.0)) - 1.0);
-    double free = min_of(turned, RIGHT);
+    double rate = most(0.0, seconds) * root_of(GRAVITY * height / inertia);
+    double turned = lever / height * (hyperbolic_cosine_of(least(20.0, rate)) - 1.0);
+    double free = least(RIGHT, turned);
     double touch, caught, furthest = tall;
     if (angles_to_catch(work, boxes, tips, &touch, &caught)) return SL_MEMORY;
-    double angle = min_of(free, caught);
+    double angle = least(caught, free);
     for (int corner = 0; corner < 4; corner++) {
         double px = corner < 2 ? low[0] : high[0], pz = corner % 2 ? high[2] : low[2];
         double away = (px - edge->x) * edge->nx + (pz - edge->z) * edge->nz;
-        furthest = max_of(furthest, size_of(away));
+        furthest = most(size_of(away), furthest);
     }
     row[SL_FREE] = degrees(free), row[SL_TOUCH] = degrees(touch);
     row[SL_SIDE] = degrees(angle_to_side(boxes, tips->i, tips->step, edge));
     row[SL_CATCH] = degrees(caught), row[SL_ANGLE] = degrees(angle);
     row[SL_WAY] += angle * furthest;
-    row[SL_HELD] = min_of(row[SL_ANGLE], row[SL_SIDE]);
+    row[SL_HELD] = least(row[SL_SIDE], row[SL_ANGLE]);
     row[SL_LEVER] = lever;
     return SL_STANDS;
 }
@@ -118,9 +115,9 @@ static void press(Steps *s, double weight, double x, double z, int32_t count) {
 /* True if a box stands on the floor or on another; forces of before are taken off. */
 static bool is_carried(const Boxes *boxes, int32_t i, int32_t step) {
     const Contacts *c = &boxes->contacts;
-    Base base = base_on_floor(boxes, i);
-    bool carried = boxes->lower[i][1] <= TOLERANCE &&
-                   min_of(base.x1 - base.x0, base.z1 - base.z0) > TOLERANCE;
+    double base[4], patch[4];
+    put_base(boxes, i, base);
+    bool carried = boxes->lower[i][1] <= TOLERANCE && share(base, boxes->floor, patch);
     for (int32_t k = c->starts[i]; k < c->ends[i]; k++) {
         double *onto = boxes->presses[k];
         onto[0] = onto[1] = onto[2] = 0.0;
@@ -136,12 +133,14 @@ static int stand(sl_work *work, Steps *s, int32_t i, int32_t step) {
     const double *low = boxes->lower[i], *high = boxes->upper[i];
     double *row = s->state[i], load = 0.0, weight = boxes->weights[i];
     double x = weight * boxes->centres[i][0] + 0.0, z = weight * boxes->centres[i][2] + 0.0;
-    bool out = overhangs(boxes, i);
+    double own[4];
+    put_base(boxes, i, own);
+    bool out = stands_out(boxes->floor, own);
     for (int k = 0; k < SL_STATE; k++) row[k] = 0.0;
     row[SL_TOUCH] = row[SL_SIDE] = row[SL_CATCH] = SAFE;
     row[SL_EXCESS] = excess(0.0);
     row[SL_TALL] = high[1] - low[1];
-    row[SL_SHORTER] = min_of(high[0] - low[0], high[2] - low[2]);
+    row[SL_SHORTER] = least(high[2] - low[2], high[0] - low[0]);
     for (int32_t k = c->above_starts[i]; k < c->above_ends[i] && c->above[k] <= step; k++) {
         const double *by = boxes->presses[c->meets[k]];
         load += by[0], weight += by[0];
@@ -150,7 +149,7 @@ static int stand(sl_work *work, Steps *s, int32_t i, int32_t step) {
     }
     row[SL_LOAD] = load / boxes->weights[i];
     if (low[1] <= TOLERANCE && !out) {
-        row[SL_SHARE] = 1.0, row[SL_MARGIN] = FAR, row[SL_RELATIVE] = 1.0;
+        row[SL_SHARE] = 1.0, row[SL_MARGIN] = ON_FLOOR, row[SL_RELATIVE] = 1.0;
         return SL_STANDS;
     }
     x /= weight;
@@ -158,9 +157,9 @@ static int stand(sl_work *work, Steps *s, int32_t i, int32_t step) {
     bool supported = is_carried(boxes, i, step);
     double level = supported ? low[1] : low[1] - height_to_fall(boxes, i, step);
     row[SL_DROP] = low[1] - level;
-    row[SL_WAY] = min_of(row[SL_DROP], REACH);
+    row[SL_WAY] = least(REACH, row[SL_DROP]);
     if (level <= (out ? -boxes->floor[4] : 0.0) + TOLERANCE) { /* it falls, and stays upright */
-        row[SL_MARGIN] = FAR, row[SL_RELATIVE] = 1.0;
+        row[SL_MARGIN] = ON_FLOOR, row[SL_RELATIVE] = 1.0;
         row[SL_EXCESS] = excess(row[SL_WAY]);
         return SL_STANDS;
     }
@@ -174,7 +173,7 @@ static int stand(sl_work *work, Steps *s, int32_t i, int32_t step) {
         if (tip(work, s, &tips)) return SL_MEMORY;
         x = tips.edge.x + 1e-6 * (x - tips.edge.x), z = tips.edge.z + 1e-6 * (z - tips.edge.z);
     }
-    row[SL_EXCESS] = excess(max_of(row[SL_ANGLE], row[SL_WAY]));
+    row[SL_EXCESS] = excess(most(row[SL_WAY], row[SL_ANGLE]));
     if (supported) press(s, weight, x, z, count);
     return SL_STANDS;
 }
@@ -205,7 +204,7 @@ static int32_t go_down(sl_work *work, Steps *s, int32_t step) {
 }
 
 static double danger_of(const double state[SL_STATE]) {
-    return max_of(state[SL_ANGLE], state[SL_WAY]) - 1e-3 * state[SL_MARGIN];
+    return most(state[SL_WAY], state[SL_ANGLE]) - 1e-3 * state[SL_MARGIN];
 }
 
 /* Columns of a step, of which so many boxes were reached. */
@@ -224,7 +223,7 @@ static void fill_row(const Steps *s, int32_t step, int32_t count, double row[SL_
     row[SL_MASS_HEIGHT] = (boxes->centres[step][1] - low[1]) / (high[1] - low[1]);
     for (int32_t k = 0; k <= step; k++) {
         if (!s->reached[k]) continue;
-        lowest = min_of(lowest, s->state[k][SL_MARGIN]);
+        lowest = least(s->state[k][SL_MARGIN], lowest);
         unbalanced += s->state[k][SL_MARGIN] < 0.0;
         moving += s->state[k][SL_EXCESS] > 0.0;
         if (danger_of(s->state[k]) > danger_of(s->state[worst])) worst = k;
@@ -256,17 +255,6 @@ static int fill_table(sl_work *work, Boxes *boxes, double (*table)[SL_SUPPORT]) 
     return SL_STANDS;
 }
 
-int32_t sl_support_table(sl_work *work, int32_t count, const double *lower, const double *upper,
-                         const double *weights, const double *offsets, const double *floor,
-                         double *table) {
-    if (count < 0 || count > SL_MOST) return SL_REFUSED;
-    Boxes boxes = boxes_of(count, lower, upper, weights, offsets, floor);
-    Mark before = mark(work);
-    int32_t ended = fill_table(work, &boxes, (double (*)[SL_SUPPORT])table);
-    free_to(work, before);
-    return ended;
-}
-
 /* True for what networks take the log of, of the state of a box. */
 static bool is_log(int state) {
     const int all = 1 << SL_FREE | 1 << SL_TOUCH | 1 << SL_SIDE | 1 << SL_CATCH | 1 << SL_ANGLE |
@@ -274,31 +262,32 @@ static bool is_log(int state) {
     return state >= 0 && state < SL_STATE && all >> state & 1;
 }
 
-int32_t sl_support_features(sl_work *work, int32_t count, const double *lower, const double *upper,
-                            const double *weights, const double *offsets, const double *floor,
-                            float *features) {
+/* A column as networks take it. */
+static double feature_of(int column, double value) {
+    bool takes_log = is_log(column - SL_OWN) || is_log(column - SL_WORST) || column == SL_WEIGHT;
+    if (!takes_log) return hyperbolic_area_of(value);
+    return logarithm_of(most(LEAST_OF_LOG, value / THRESHOLD));
+}
+
+int32_t sl_support(sl_work *work, int32_t count, const double *lower, const double *upper,
+                   const double *weights, const double *offsets, const double *floor,
+                   double *table, float *features) {
     if (count < 0 || count > SL_MOST) return SL_REFUSED;
+    Boxes boxes = boxes_of(count, lower, upper, weights, offsets, floor);
     Mark before = mark(work);
-    double (*table)[SL_SUPPORT] = take(work, (uint64_t)count, sizeof *table);
-    int32_t ended = SL_MEMORY;
-    if (table)
-        ended = sl_support_table(work, count, lower, upper, weights, offsets, floor, table[0]);
-    for (int32_t j = 0; ended == SL_STANDS && j < count; j++)
-        for (int k = 0; k < SL_SUPPORT; k++) {
-            double value = table[j][k];
-            if (is_log(k - SL_OWN) || is_log(k - SL_WORST) || k == SL_WEIGHT)
-                value = logarithm_of(max_of(value / THRESHOLD, LEAST_OF_LOG));
-            else value = hyperbolic_area_of(value);
-            features[(size_t)j * SL_SUPPORT + (size_t)k] = (float)value;
-        }
+    int32_t ended = fill_table(work, &boxes, (double (*)[SL_SUPPORT])table);
     free_to(work, before);
-    return ended;
+    if (ended) return ended;
+    for (int32_t j = 0; j < count; j++)
+        for (int column = 0; column < SL_SUPPORT; column++)
+            *features++ = (float)feature_of(column, *table++);
+    return SL_STANDS;
 }
 
 void sl_plain_features(int32_t count, const double *lower, const double *upper,
                        const double *weights, const double *offsets, const double *pallet,
                        float *features) {
-    double longest = max_of(max_of(pallet[0], pallet[1]), pallet[2]);
+    double longest = most(pallet[2], most(pallet[1], pallet[0]));
     double scale = logarithm_of(longest / 100.0);
     for (int32_t j = 0; j < count; j++) {
         const double *low = lower + 3 * (size_t)j, *high = upper + 3 * (size_t)j;
@@ -321,16 +310,15 @@ void sl_quantities(int32_t count, const double *lower, const double *upper, cons
         const double *low = lower + 3 * (size_t)j, *high = upper + 3 * (size_t)j;
         double *row = quantities + SL_QUANTITIES * (size_t)j;
         double shortest = 1e300, longest = 0.0, shift = 0.0;
-        lightest = min_of(lightest, weights[j]), heaviest = max_of(heaviest, weights[j]);
+        lightest = least(weights[j], lightest), heaviest = most(weights[j], heaviest);
         for (int c = 0; c < 3; c++) {
             double side = high[c] - low[c];
-            shortest = min_of(shortest, side), longest = max_of(longest, side);
-            shift = max_of(shift, size_of(offsets[3 * (size_t)j + (size_t)c]) / side);
+            shortest = least(side, shortest), longest = most(side, longest);
+            shift = most(size_of(offsets[3 * (size_t)j + (size_t)c]) / side, shift);
         }
-        double over = max_of(floor[0] - low[0], high[0] - floor[2]);
-        over = max_of(max_of(over, max_of(floor[1] - low[2], high[2] - floor[3])), 0.0);
+        const double base[4] = {low[0], low[2], high[0], high[2]};
         row[0] = shortest, row[1] = longest, row[2] = weights[j];
-        row[3] = shift, row[4] = heaviest / lightest, row[5] = over;
+        row[3] = shift, row[4] = heaviest / lightest, row[5] = most(0.0, out_over(floor, base));
     }
 }
 

@@ -148,7 +148,7 @@ static void put_ranges(const Side *s, const int32_t *boxes, int32_t count, int32
     }
 }
 
-/* What is beside, below and above a box at a height. */
+/* Finds the boxes beside, below and above a box at a height. */
 static void look_round(Side *s, double y) {
     const Others *o = s->others;
     s->on_floor = y <= TOLERANCE;
@@ -324,31 +324,12 @@ static int nearest(sl_work *work, const Others *o, const double (*sides)[3],
     return SL_STANDS;
 }
 
-static bool is_good(const sl_wanted *wanted, int32_t count) {
-    return count >= 0 && count <= SL_MOST && wanted->most >= 0 && wanted->most <= MOST_PLACES;
-}
-
-int32_t sl_free_places(sl_work *work, int32_t count, const double *lower, const double *upper,
-                       const double *centres, const double *size, const double *middle,
-                       const double *start, const sl_wanted *wanted, int32_t level_count,
-                       const double *levels, double *found) {
-    Others o = {count, (const double (*)[3])lower, (const double (*)[3])upper,
-                (const double (*)[3])centres, wanted};
-    if (!is_good(wanted, count)) return -SL_REFUSED;
-    Mark before = mark(work);
-    int32_t made = 0;
-    int ended = find_places(work, &o, size, middle, start, level_count, levels,
-                            (double (*)[3])found, &made);
-    free_to(work, before);
-    return ended ? -ended : made;
-}
-
 int32_t sl_places_among(sl_work *work, const sl_boxes *boxes, const double *places,
                         const uint8_t *without, int32_t box, const sl_wanted *wanted,
                         int32_t turns, double *found, double *far) {
     int32_t count = boxes->count, others = 0;
-    if (!is_good(wanted, count) || box < 0 || box >= count || turns < 1 || turns > 2)
-        return -SL_REFUSED;
+    if (count < 0 || count > SL_MOST || wanted->most < 0 || wanted->most > MOST_PLACES || box < 0 ||
+        box >= count || turns < 1 || turns > 2) return -SL_REFUSED;
     Mark before = mark(work);
     double (*lower)[3] = take(work, (uint64_t)count, sizeof *lower);
     double (*upper)[3] = take(work, (uint64_t)count, sizeof *upper);

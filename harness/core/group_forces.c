@@ -18,7 +18,7 @@ static int edges_at(const Motion *m, int32_t point) {
     return m->points.axes[point] == 1 && m->how->friction > 0.0 ? 4 : 1;
 }
 
-/* What a force does to the two bodies of a point. */
+/* The effect of a force on the two bodies of a point. */
 static void put_column(Motion *m, int32_t column, int32_t point) {
     for (int side = 0; side < 2; side++) {
         int32_t body = m->points.pairs[point][side], n = body < 0 ? -1 : m->place[body];

@@ -1,9 +1,8 @@
-/* Numbers that learned methods judge by: features of every step of a layout, the ranges that networks were
-   trained on, and the layers of a network.
+/* Numbers that learned methods judge by: features of every step of a layout, the ranges that
+   networks were trained on, and the layers of a network.
 
    A layout of J boxes is given as in steadyload.h. Row j of what is filled depends on boxes 0 to j
-   alone. Any numbers are safe; features of layouts that sl_check refuses have no meaning. Matrices
-   are row by row; those of a network are of float. */
+   alone. Matrices are row by row; those of a network are of float. */
 #ifndef STEADYLOAD_LEARNED_H
 #define STEADYLOAD_LEARNED_H
 
@@ -64,18 +63,14 @@ SL_API void sl_plain_features(int32_t count, const double *lower, const double *
                               const double *weights, const double *offsets, const double *pallet,
                               float *features);
 
-/* Into `table` (J, SL_SUPPORT): the columns of support. SL_STANDS; SL_MEMORY where there is none,
-   or SL_REFUSED with a count below 0 or above SL_MOST: `table` means nothing then. */
-SL_API int32_t sl_support_table(sl_work *work, int32_t count, const double *lower,
-                                const double *upper, const double *weights, const double *offsets,
-                                const double *floor, double *table);
-
-/* Into `features` (J, SL_SUPPORT): the columns of support as networks take them. Angles, ways,
-   loads, sides and heights of boxes, and weights: log of the value over 10, of 0.01 at least; all
-   others: their inverse hyperbolic sine. Returns as sl_support_table. */
-SL_API int32_t sl_support_features(sl_work *work, int32_t count, const double *lower,
-                                   const double *upper, const double *weights,
-                                   const double *offsets, const double *floor, float *features);
+/* Into `table` (J, SL_SUPPORT): the columns of support. Into `features` (J, SL_SUPPORT): the
+   same as networks take them. Angles, ways, loads, sides and heights of boxes, and weights: log
+   of the value over 10, of 0.01 at least; all others: their inverse hyperbolic sine. SL_STANDS;
+   SL_MEMORY where there is none, or SL_REFUSED with a count below 0 or above SL_MOST: both mean
+   nothing then. */
+SL_API int32_t sl_support(sl_work *work, int32_t count, const double *lower, const double *upper,
+                          const double *weights, const double *offsets, const double *floor,
+                          double *table, float *features);
 
 /* Into `quantities` (J, SL_QUANTITIES): the shortest and the longest side [cm], the weight [kg],
    the greatest offset over its side, the heaviest over the lightest box so far, and how far the box
@@ -113,19 +108,8 @@ void pressures(double x, double z, const double (*points)[2], const Part *parts,
 void sort_points(double (*points)[2], Part *parts, int32_t count);
 
 /* tipping.c: boxes 0 to `step`, of which box `i` moves. */
-typedef struct { double x0, x1, z0, z1; } Base; /* a rectangle */
-
-/* The lesser and the greater of two as Python's min and max have them: the first of equals, and
-   what is no number where it comes first. */
-static inline double min_of(double a, double b) { return b < a ? b : a; }
-static inline double max_of(double a, double b) { return b > a ? b : a; }
-
 #define FLAT 1e-9 /* [cm2] cross product of two edges below which there is no corner between */
 
-Base base_on_floor(const Boxes *boxes, int32_t i);
-Base base_shared(const Boxes *boxes, int32_t i, int32_t k);
-bool is_area(Base base);
-bool overhangs(const Boxes *boxes, int32_t i);
 double angle_to_side(const Boxes *boxes, int32_t i, int32_t step, const Edge *edge);
 double height_to_fall(const Boxes *boxes, int32_t i, int32_t step);
 

@@ -10,11 +10,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from steadyload.core.constants import PLAIN, QUANTITIES, SUPPORT
 from steadyload.core.library import LIBRARY, array, count_of, ended_well, work
 from steadyload.core.whole import Given
-
-PLAIN, SUPPORT, QUANTITIES = 14, 43, 6
-"""Columns of plain features, of support and of quantities: as the header numbers them."""
 
 
 def plain_features(given: Given, pallet: Any) -> Any:
@@ -29,22 +27,15 @@ def plain_features(given: Given, pallet: Any) -> Any:
     return found
 
 
-def support_table(given: Given) -> Any:
-    """Support of every step, (J, SUPPORT): ``sl_support_table``."""
-    found = np.empty((len(given), SUPPORT))
-    ended = LIBRARY.sl_support_table(work(), *given.addresses, found.ctypes.data)
-    ended_well(ended, "the support of a layout")
-    return found
-
-
-def support_features(given: Given) -> Any:
-    """Support of every step as networks take it, of type float32, (J, SUPPORT):
-    ``sl_support_features``.
+def support(given: Given) -> tuple[Any, Any]:
+    """Support of every step, (J, SUPPORT), and the same as networks take it, of type float32:
+    ``sl_support``.
     """
-    found = np.empty((len(given), SUPPORT), np.float32)
-    ended = LIBRARY.sl_support_features(work(), *given.addresses, found.ctypes.data)
+    shape = len(given), SUPPORT
+    table, features = np.empty(shape), np.empty(shape, np.float32)
+    ended = LIBRARY.sl_support(work(), *given.addresses, table.ctypes.data, features.ctypes.data)
     ended_well(ended, "the support of a layout")
-    return found
+    return table, features
 
 
 def quantities(given: Given) -> Any:

@@ -18,7 +18,7 @@ struct sl_energy {
 };
 
 static void *copy_of(const void *from, uint64_t count, uint64_t size) {
-    void *made = sl_allocate((count + 1) * size);
+    void *made = allocate((count + 1) * size);
     if (made && from && count) memcpy(made, from, (size_t)(count * size));
     if (made && !from) memset(made, 0, (size_t)((count + 1) * size));
     return made;
@@ -77,7 +77,7 @@ void sl_energy_free(sl_energy *e) {
     void *all[] = {e->starts, e->rows, e->column_starts, e->column_rows, e->values, e->diagonal,
                    e->column_values, e->right, e->multipliers, e->work, e->rest, e->scale,
                    e->presses, e->held, e};
-    for (size_t k = 0; k < sizeof all / sizeof *all; k++) sl_free(all[k]);
+    for (size_t k = 0; k < sizeof all / sizeof *all; k++) free(all[k]);
 }
 
 /* Adds a column times itself, or takes it off; false where rounding leaves nothing positive. */
@@ -124,7 +124,7 @@ static void solve(const sl_energy *e, int32_t count, const int32_t *equations, d
     }
 }
 
-/* What is left of the equations with the forces of the multipliers; false where factors fail. */
+/* Takes the forces of the multipliers off the equations; false where factors fail. */
 static bool pull(sl_energy *e, bool first, int32_t count, const int32_t *corners, double *pulls) {
     for (int32_t k = 0; k < count; k++) {
         int32_t c = corners[k], start = e->column_starts[c], end = e->column_starts[c + 1];

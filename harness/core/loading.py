@@ -94,7 +94,7 @@ class Boxes:
         if turns not in (1, 2) or most < 0:
             raise RefusedError("a box has 1 or 2 sides, and no fewer places than none")
         found, far = np.empty((turns * most, 4)), np.empty(turns * most)
-        wanted = _wanted(margin, limits, ways, most)
+        wanted = _WantedInC(array("limits", limits, 10), array("ways", ways, 3), margin, most)
         count = LIBRARY.sl_places_among(
             work(), self.address, array("places", places, self.count, 4),
             array("without", without, self.count, kind=bool), box, ct.addressof(wanted), turns,
@@ -104,34 +104,24 @@ class Boxes:
         return found[:count].copy(), far[:count].copy()
 
 
-def free_places(
-    lower: Any, upper: Any, centres: Any, size: Any, middle: Any, start: Any, margin: float,
-    limits: Any, levels: Any, ways: Any, most: int,
-) -> Any:  # fmt: skip
-    """Lower corners of places of one side of a box, (K, 3): ``sl_free_places``, for arguments."""
-    found, count, heights = (
-        np.empty((most, 3)),
-        count_of("lower", lower),
-        count_of("levels", levels),
-    )
-    of_others = [
-        array(name, values, count, 3)
-        for name, values in (("lower", lower), ("upper", upper), ("centres", centres))
-    ]
-    own = [
-        array(name, values, 3)
-        for name, values in (("size", size), ("middle", middle), ("start", start))
-    ]
-    wanted = _wanted(margin, limits, ways, most)
-    made = LIBRARY.sl_free_places(
-        work(), count, *of_others, *own, ct.addressof(wanted), heights,
-        array("levels", levels, heights), found.ctypes.data,
-    )  # fmt: skip
-    return found[: counted(made, "places of a box")]
+class Wishes:
+    """Where boxes are to be, with which margins: ``sl_wishes``. The arrays are kept, and must not
+    change.
 
+    Args:
+        boxes: of the plan.
+        places: of all boxes, (J, 4).
+        margins: of all boxes at their places in the plan, and at others [cm], (2, J).
+        refused: places at which a box does not stand: its number and the place, (R, 5).
+    """
 
-def _wanted(margin: float, limits: Any, ways: Any, most: int) -> _WantedInC:
-    return _WantedInC(array("limits", limits, 10), array("ways", ways, 3), margin, most)
+    def __init__(self, boxes: Boxes, places: Any, margins: Any, refused: Any) -> None:
+        self._arrays, refusals = (places, margins, refused), count_of("refused", refused)
+        self._in_c = _WishesInC(
+            array("places", places, boxes.count, 4), array("margins", margins, 2, boxes.count),
+            refusals, array("refused", refused, refusals, 5),
+        )  # fmt: skip
+        self.address = ct.addressof(self._in_c)
 
 
 class Loaded(NamedTuple):
@@ -158,34 +148,19 @@ class Loading:
         self._found.widen(count)
         self._counts = np.empty(2, np.int32)
         self._counts_at = int(self._counts.ctypes.data)
-        self._wish(boxes.planned, np.zeros(count), np.empty((0, 5)))
 
-    @property
-    def room(self) -> int:
-        """How many patches its memory has room for."""
-        return int(HELD.sl_loading_room(self._loading))
-
-    def begin(self, places: Any, margins: Any, refused: Any, first: int) -> None:
-        """Go back to before the first change: ``sl_load_begin``.
-
-        The arrays are kept for the calls that follow; they must not change before the next one of
-        this.
-
-        Args:
-            places: of all boxes, (J, 4).
-            margins: of all boxes [cm], (J,).
-            refused: places at which a box does not stand: its number and the place, (R, 5).
-            first: a box; go back to before its turn at the latest.
+    def begin(self, wishes: Wishes, first: int) -> None:
+        """Go back to before the first change, and to before the turn of box ``first`` at the
+        latest: ``sl_load_begin``.
         """
-        self._wish(places, margins, refused)
-        ended = HELD.sl_load_begin(self._loading, self._boxes.address, self._wishes_at, first)
+        ended = HELD.sl_load_begin(self._loading, self._boxes.address, wishes.address, first)
         ended_well(ended, "boxes to load")
 
-    def load(self, *, reorder: bool, looks: bool) -> bool:
+    def load(self, wishes: Wishes, *, reorder: bool, looks: bool) -> bool:
         """Let all boxes that had no turn yet have theirs; False where it is first to be said
         whether one stays: ``sl_load``.
         """
-        ended = LIBRARY.sl_load(self._loading, self._boxes.address, self._wishes_at, reorder, looks)
+        ended = LIBRARY.sl_load(self._loading, self._boxes.address, wishes.address, reorder, looks)
         return ended_well(ended, "boxes to load") == STANDS
 
     @property
@@ -209,11 +184,14 @@ class Loading:
         HELD.sl_tried(self._loading, found.ctypes.data)
         return found
 
-    def first_standing(self, box: int, places: Any, margin: float, most: int) -> Any:
+    def first_standing(
+        self, wishes: Wishes, box: int, places: Any, margin: float, most: int
+    ) -> Any:
         """The numbers of the first of some places (K, 4) at which a box would stand, those refused
         apart: ``sl_first_standing``.
 
         Args:
+            wishes: of these only what is refused counts.
             box: it is not loaded.
             places: to be looked at.
             margin: [cm].
@@ -221,15 +199,7 @@ class Loading:
         """
         count, found = count_of("places", places), np.empty(most, np.int32)
         made = LIBRARY.sl_first_standing(
-            self._loading, self._boxes.address, self._wishes_at, box, margin, count,
+            self._loading, self._boxes.address, wishes.address, box, margin, count,
             array("places", places, count, 4), most, found.ctypes.data,
         )  # fmt: skip
         return found[: counted(made, "places of a box")]
-
-    def _wish(self, places: Any, margins: Any, refused: Any) -> None:
-        count, refusals = self._boxes.count, count_of("refused", refused)
-        self._wishes = _WishesInC(
-            array("places", places, count, 4), array("margins", margins, count), refusals,
-            array("refused", refused, refusals, 5),
-        )  # fmt: skip
-        self._wishes_at, self._wished = ct.addressof(self._wishes), (places, margins, refused)

@@ -64,14 +64,14 @@ static int search(sl_work *work, Boxes *boxes, Search *s) {
     return SL_STANDS;
 }
 
-int32_t sl_margin(sl_work *work, double most, int32_t count, const double *lower,
+int32_t sl_margin(sl_work *work, double limit, int32_t count, const double *lower,
                   const double *upper, const double *weights, const double *offsets,
                   const double *floor, sl_finding *found) {
     *found = (sl_finding){SL_REFUSED, count, -1, 0, 0.0};
-    if (count < 0 || count > SL_MOST || !(most >= 0.0 && most <= FARTHEST)) return SL_REFUSED;
+    if (count < 0 || count > SL_MOST || !(limit >= 0.0 && limit <= FARTHEST)) return SL_REFUSED;
     Mark before = mark(work);
     Boxes boxes = boxes_of(count, lower, upper, weights, offsets, floor);
-    Search s = {NULL, most, -1, -1};
+    Search s = {NULL, limit, -1, -1};
     int ended = lay_out(work, &boxes, 0.0);
     if (!ended) ended = search(work, &boxes, &s);
     free_to(work, before);

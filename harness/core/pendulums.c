@@ -19,7 +19,7 @@ int find_growth(sl_work *work, const Motion *m, const double (*rates)[6], double
     for (int32_t column = 0; column < m->columns; column++) {
         const int32_t *pair = m->bodies[column];
         if (m->parts[column] > 0.0 && pair[0] >= 0 && pair[1] >= 0 &&
-            least(energy[pair[1]], energy[pair[0]]) > STILL * top)
+            least(energy[pair[1]], energy[pair[0]]) > AT_REST * top)
             merge(part, count, pair[0], pair[1]);
     }
     for (int32_t n = 0; n < count; n++) {

@@ -16,7 +16,7 @@ double margin_in(double x, double z, const double (*hull)[2], int32_t count, Edg
         double side = (ex * (z - a[1]) - ez * (x - a[0])) / length;
         inside = inside && side >= 0.0;
         double along = (ex * (x - a[0]) + ez * (z - a[1])) / (length * length);
-        along = min_of(max_of(along, 0.0), 1.0);
+        along = least(1.0, most(0.0, along));
         double px = a[0] + along * ex, pz = a[1] + along * ez;
         double away = root_of((x - px) * (x - px) + (z - pz) * (z - pz));
         if (away < best - 1e-9) {
@@ -68,7 +68,7 @@ void pressures(double x, double z, const double (*points)[2], const Part *parts,
         if (!solve(x, z, points, parts, count, forces)) break;
     double total = 0.0;
     for (int32_t k = 0; k < count; k++) {
-        forces[k] = max_of(forces[k], 0.0);
+        forces[k] = most(0.0, forces[k]);
         total += forces[k];
     }
     for (int32_t k = 0; k < count; k++)

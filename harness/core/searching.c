@@ -32,8 +32,8 @@ static bool is_refused(const sl_wishes *wishes, int32_t box, const double *place
 static double margin_of(const sl_boxes *boxes, const sl_wishes *wishes, int32_t box) {
     const double *place = wishes->places + 4 * (size_t)box;
     if (is_refused(wishes, box, place)) return __builtin_inf();
-    double margin = wishes->margins[box];
-    return is_same(place, boxes->planned + 4 * (size_t)box) ? margin : most(OF_MOVED, margin);
+    bool is_moved = !is_same(place, boxes->planned + 4 * (size_t)box);
+    return wishes->margins[(is_moved ? (size_t)boxes->count : 0) + (size_t)box];
 }
 
 /* A box at a place, as a session has it. */
@@ -47,7 +47,7 @@ static void write_box(const sl_boxes *boxes, int32_t box, const double *place, d
 
 sl_loading *sl_loading_new(const double *limits, int32_t count) {
     uint64_t many = (uint64_t)count + 1;
-    sl_loading *l = count < 0 || count > SL_MOST ? NULL : sl_allocate(sizeof *l);
+    sl_loading *l = count < 0 || count > SL_MOST ? NULL : allocate(sizeof *l);
     if (!l) return NULL;
     memset(l, 0, sizeof *l);
     l->count = count, l->again = -1;
@@ -67,10 +67,8 @@ void sl_loading_free(sl_loading *l) {
     void *all[] =
         {l->tried, l->loaded, l->waited, l->order, l->waiting, l->then, l->then_starts, l};
     sl_session_free(l->session);
-    for (size_t k = 0; k < sizeof all / sizeof *all; k++) sl_free(all[k]);
+    for (size_t k = 0; k < sizeof all / sizeof *all; k++) free(all[k]);
 }
-
-int32_t sl_loading_room(const sl_loading *loading) { return loading->session->links; }
 
 /* Before the turn of a box that had one. */
 static void go_back(sl_loading *l, int32_t box) {

@@ -1,5 +1,5 @@
-/* Functions for searches of other plans: boxes loaded at given places, and free places. Units, arrays
-   and threads as in steadyload.h. J boxes. Endings are those of sl_ended. */
+/* Functions for searches of other plans: boxes loaded at given places, and free places. Units,
+   arrays and threads as in steadyload.h. J boxes. Endings are those of sl_ended. */
 #ifndef SL_SEARCHING_H
 #define SL_SEARCHING_H
 
@@ -17,19 +17,15 @@ typedef struct {
     const double *sides, *offsets, *weights, *planned, *volumes;
 } sl_boxes;
 
-/* Boxes loaded at given places, each as soon as it stands, in nearly the order of a plan. What was
-   loaded last stays: boxes before the first change are not loaded again. `limits` (11) as of
-   sl_session_new. NULL: no memory. */
+/* Boxes loaded at given places, each as soon as it stands, in nearly the order of a plan. Boxes
+   before the first change are not loaded again. `limits` (11) as of sl_session_new. NULL: no
+   memory. */
 typedef struct sl_loading sl_loading;
 SL_API sl_loading *sl_loading_new(const double *limits, int32_t count);
 SL_API void sl_loading_free(sl_loading *loading);
 
-/* How many patches its memory has room for. */
-SL_API int32_t sl_loading_room(const sl_loading *loading);
-
-/* Places (J, 4) and margins of balance [cm] (J) of all boxes, and places at which a box does not
-   stand: its number and the place (R, 5). At another place than planned the margin of a box is at
-   least 0.5 cm. */
+/* Of all boxes: places (J, 4), and margins of balance [cm] at the place in the plan and at any
+   other (2, J). And places at which a box does not stand: its number and the place (R, 5). */
 typedef struct {
     const double *places, *margins;
     int32_t refused_count;
@@ -47,7 +43,6 @@ SL_API int32_t sl_load_begin(sl_loading *loading, const sl_boxes *boxes, const s
    before may be in the way, unless both are at their places in the plan, where that was so, too.
    SL_STANDS: all had their turn. SL_LOOK: where the caller `looks`, a box was put on, and sl_said
    has to follow. SL_MEMORY: all is taken off. SL_REFUSED: as of sl_load_begin, or not yet said. */
-#define SL_LOOK 8
 SL_API int32_t sl_load(sl_loading *loading, const sl_boxes *boxes, const sl_wishes *wishes,
                        int32_t reorder, int32_t looks);
 
@@ -95,15 +90,6 @@ SL_API int32_t sl_places_among(sl_work *work, const sl_boxes *boxes, const doubl
                                const uint8_t *without, int32_t box, const sl_wanted *wanted,
                                int32_t turns, double *found, double *far);
 
-/* Lower corners (most, 3), in no order, of places of one side of a box among J others, of which
-   corners and centres of mass are given (J, 3): its `size` (3), `middle`: of its centre of mass
-   from its lower corner (3), its lower corner before (3), and heights at which it may lie, the most
-   wanted ones first. How many, or -SL_MEMORY, or -SL_REFUSED. */
-SL_API int32_t sl_free_places(sl_work *work, int32_t count, const double *lower,
-                              const double *upper, const double *centres, const double *size,
-                              const double *middle, const double *start, const sl_wanted *wanted,
-                              int32_t level_count, const double *levels, double *found);
-
 #ifdef __cplusplus
 }
 #endif
@@ -113,6 +99,5 @@ SL_API int32_t sl_free_places(sl_work *work, int32_t count, const double *lower,
 #define AS_PLANNED 0.0 /* last number of a place */
 #define TURNED 1.0
 #define LEFT_OUT (-1.0)
-#define OF_MOVED 0.5 /* [cm] margin of balance of a box that is not at its place in the plan */
 
 #endif

@@ -8,8 +8,6 @@
 #include "elementary.h"
 #include "timed.h"
 
-#define HALF_TURN 3.141592653589793
-
 /* Makes room for what is known of the motions of a loading that is laid out. */
 int begin_to_follow(sl_timed *t) {
     sl_work *work = t->work;
@@ -77,10 +75,9 @@ static bool any_moves(const sl_timed *t, Some group) {
 static int pass_new_down(sl_timed *t, int32_t step) {
     Boxes *boxes = &t->boxes;
     const Contacts *c = &boxes->contacts;
-    int32_t above = c->above_starts[step];
     Some items;
     memset(boxes->changed, 0, (size_t)c->size * sizeof *boxes->changed);
-    if (above != c->above_ends[step] && c->above[above] <= step) return SL_FAILS;
+    if (carries_any(c, step)) return SL_FAILS;
     int ended = pass_down(t->work, boxes, step, &items);
     if (!ended) keep_presses(boxes, items, step);
     return ended;
@@ -138,7 +135,7 @@ static void keep_answer(sl_timed *t, const Motion *m, sl_moved *found) {
         memcpy(t->farthest[item], m->farthest[item], sizeof *t->farthest);
         double far = corner_way(m, item);
         double angle = most(size_of(turn[2]), most(size_of(turn[1]), size_of(turn[0])));
-        angle *= 180.0 / HALF_TURN;
+        angle *= 180.0 / PI;
         double beyond = most(angle / eps_r, far / eps_t);
         if (!(beyond * (1.0 - TIE) > top)) continue;
         found->item = item, found->shift = far, found->turn = least(180.0, angle), top = beyond;
@@ -151,7 +148,7 @@ static void keep_answer(sl_timed *t, const Motion *m, sl_moved *found) {
 int moved_group(sl_timed *t, int32_t step, Some group, const sl_how *how, sl_moved *found) {
     const Boxes *boxes = &t->boxes;
     /* How far a corner can come before its box counts as moved. */
-    double turned = 2.0 * sine_of(0.5 * (least(180.0, how->eps_r) * (HALF_TURN / 180.0)));
+    double turned = 2.0 * sine_of(0.5 * (least(180.0, how->eps_r) * (PI / 180.0)));
     double widest = 0.0;
     for (int32_t n = 0; n < group.count; n++) {
         const double *low = boxes->lower[group.of[n]], *high = boxes->upper[group.of[n]];

@@ -5,8 +5,6 @@
 
 #include "internal.h"
 
-#define SL_UNDECIDED 7 /* how a step ended whose motion takes more work than is allowed */
-
 /* How boxes are followed: friction of tops and bases (sides have none), gravity [cm/s2], how long
    [s], and the displacement [cm] and the angle [degrees] that count as moved. All 0 or more. */
 typedef struct { double friction, gravity, seconds, eps_t, eps_r; } sl_how;
@@ -20,33 +18,29 @@ typedef struct { double friction, gravity, seconds, eps_t, eps_r; } sl_how;
 typedef struct { int32_t ended, step, item, unused; double shift, turn, beyond; } sl_moved;
 
 /* A loading, and what is known of it so far: J boxes, P contact patches. Its arrays stay where they
-   are until it is freed. What says so may be written to. After SL_MEMORY it can only be freed. */
+   are until it is freed; those that are not const may be written to. After SL_MEMORY it can only be
+   freed. */
 typedef struct sl_timed sl_timed;
 typedef struct {
     int32_t count, patches;      /* J, P */
-    const uint8_t *on_floor;     /* (J) boxes that stand on the floor with all of their base */
     const int32_t *starts, *ends; /* (J) box j stands on the patches starts[j] to ends[j] */
     const int32_t *below;        /* (P) the box that carries there, -1 for the floor */
-    const double *corners;       /* (P, 4) x0, z0, x1, z1 [cm] of every patch */
     const int32_t *above_starts, *above_ends; /* (J) where the boxes that stand on j are in above */
     const int32_t *above;        /* those boxes */
-    const int32_t *meets;        /* the patch of each of them */
-    double *presses;             /* (P, 3) vertical force [kg] and its moments, times x and z */
-    uint8_t *pressing;           /* (P, 4) corners that pressed when last solved for; writable */
+    uint8_t *pressing;           /* (P, 4) corners that pressed when last solved for */
     uint16_t *pushes;            /* (J + 1, J + 1) a bit for every corner and edge of its friction
-                                    pyramid that pushed at the last start; writable */
-    uint8_t *moves;              /* (J) boxes that vertical forces do not balance; writable */
+                                    pyramid that pushed at the last start */
+    uint8_t *moves;              /* (J) boxes that vertical forces do not balance */
     int32_t *answers;            /* (J) number of the last motion asked for of the group of the box,
-                                    0 for none or where something came in its way; writable */
-    uint8_t *solved;             /* (J) boxes that moved then, or were solved for; writable */
-    uint8_t *leans;              /* (J) boxes at rest that carried something of those; writable */
+                                    0 for none or where something came in its way */
+    uint8_t *solved;             /* (J) boxes that moved then, or were solved for */
     double *farthest;            /* (J, 3, 2) how far corners of those came along every axis,
-                                    forwards and backwards [cm]; writable */
+                                    forwards and backwards [cm] */
     double *beyond;              /* (J) how far something of the group of the box got then, in units
-                                    of its threshold; writable */
+                                    of its threshold */
     int64_t *counts;             /* (2) steps at which the last motion was kept, or asked for */
     double *work;                /* (2) the sum of the squares of the numbers of boxes of all
-                                    searches for forces; its limit, infinite at first, writable */
+                                    searches for forces; its limit, infinite at first */
 } sl_timed_view;
 
 /* Nothing is placed yet. `margin`: by which contact patches are drawn in on every side [cm], 0 or
@@ -57,15 +51,13 @@ SL_API sl_timed *sl_timed_new(int32_t count, const double *lower, const double *
 SL_API void sl_timed_free(sl_timed *timed);
 SL_API void sl_timed_look(const sl_timed *timed, sl_timed_view *view);
 
-/* Places a box; all before it must have been placed, whatever came of it. Returns found->ended. */
-SL_API int32_t sl_timed_place(sl_timed *timed, int32_t step, const sl_how *how, sl_moved *found);
-
 /* Places boxes from `first` up to, without, `end` until one comes too far or how it ends is not
-   known. Where none does: SL_STANDS with the step `end`. Returns found->ended. */
+   known; all before them must have been placed, whatever came of it. Where none comes too far:
+   SL_STANDS with the step `end`. Returns found->ended. */
 SL_API int32_t sl_timed_first(sl_timed *timed, int32_t first, int32_t end, const sl_how *how,
                               sl_moved *found);
 
-/* The two halves of sl_timed_place. The first returns SL_FAILS where something of the group of the
+/* The two halves of placing one box. The first returns SL_FAILS where something of the group of the
    new box is out of balance: then `group` (room for J) and `size` are the group, in order, and
    `kept` is 1 where its last motion is that with the new box, too. Else size and kept are 0. */
 SL_API int32_t sl_timed_group(sl_timed *timed, int32_t step, int32_t *kept, int32_t *size,
@@ -152,7 +144,7 @@ struct sl_timed {
 #define EVENTS 40               /* gaps that close, after which a motion is not followed any more */
 #define SAMPLES 60              /* times between two events when it is looked for closed gaps */
 #define FAR 25.0                /* keeps a light pendulum from overflowing; it has tipped anyway */
-#define STILL 1e-12             /* share of the largest energy below which a box is at rest */
+#define AT_REST 1e-12           /* share of the largest energy below which a box is at rest */
 
 int begin_to_follow(sl_timed *timed);
 int moving_group(sl_timed *timed, int32_t step, bool *kept, Some *group);

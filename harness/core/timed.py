@@ -150,12 +150,6 @@ class Followed:
     def _seen(self, address: int, kind: Any, *shape: int) -> Any:
         return np.asarray(_Seen(self._kept, address, np.dtype(kind), shape))
 
-    def place(self, step: int, how: How) -> Moved:
-        """Place a box; all before it must have been placed: ``sl_timed_place``."""
-        found = _MovedInC()
-        LIBRARY.sl_timed_place(self._timed, step, ct.addressof(how), ct.addressof(found))
-        return found.read("a box")
-
     def first(self, first: int, end: int, how: How) -> Moved:
         """Place boxes up to, without, one of them until one comes too far: ``sl_timed_first``."""
         found = _MovedInC()
@@ -190,9 +184,8 @@ class _ViewInC(ct.Structure):
     _fields_ = [
         *((name, ct.c_int32) for name in ("count", "patches")),
         *((name, ct.c_void_p) for name in (
-            "on_floor", "starts", "ends", "below", "corners", "above_starts", "above_ends", "above",
-            "meets", "presses", "pressing", "pushes", "moves", "answers", "solved", "leans",
-            "farthest", "beyond", "counts", "work",
+            "starts", "ends", "below", "above_starts", "above_ends", "above", "pressing", "pushes",
+            "moves", "answers", "solved", "farthest", "beyond", "counts", "work",
         )),
     ]  # fmt: skip
 

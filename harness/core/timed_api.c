@@ -1,5 +1,5 @@
-/* The public functions of timed.h: loadings that are followed (timed.c), or whose balance alone is looked at
-   (balance.c). */
+/* The public functions of timed.h: loadings that are followed (timed.c), or whose balance alone
+   is looked at (balance.c). */
 #include "timed.h"
 
 static const double *copy_of(sl_work *work, const double *values, int32_t rows, int columns) {
@@ -26,7 +26,7 @@ sl_timed *sl_timed_new(int32_t count, const double *lower, const double *upper,
                        const double *weights, const double *offsets, const double *floor,
                        double margin) {
     if (count < 0 || count > SL_MOST) return NULL;
-    sl_timed *timed = sl_allocate(sizeof *timed);
+    sl_timed *timed = allocate(sizeof *timed);
     if (!timed) return NULL;
     timed->work = sl_work_new();
     timed->boxes = boxes_of(count, lower, upper, weights, offsets, floor);
@@ -39,33 +39,25 @@ sl_timed *sl_timed_new(int32_t count, const double *lower, const double *upper,
 void sl_timed_free(sl_timed *timed) {
     if (!timed) return;
     sl_work_free(timed->work);
-    sl_free(timed);
+    free(timed);
 }
 
 void sl_timed_look(const sl_timed *timed, sl_timed_view *view) {
     const Boxes *boxes = &timed->boxes;
     const Contacts *c = &boxes->contacts;
     *view = (sl_timed_view){
-        .count = boxes->count, .patches = c->size,
-        .on_floor = (const uint8_t *)c->on_floor, .starts = c->starts, .ends = c->ends,
-        .below = c->below,
-        .corners = (const double *)c->patches, .above_starts = c->above_starts,
-        .above_ends = c->above_ends, .above = c->above, .meets = c->meets,
-        .presses = (double *)boxes->presses, .pressing = (uint8_t *)boxes->pressing,
-        .pushes = timed->pushes, .moves = (uint8_t *)boxes->moves, .answers = timed->answers,
-        .solved = (uint8_t *)timed->solved, .leans = (uint8_t *)timed->leans,
-        .farthest = (double *)timed->farthest, .beyond = timed->beyond,
-        .counts = (int64_t *)timed->counts, .work = (double *)timed->spent,
+        .count = boxes->count, .patches = c->size, .starts = c->starts, .ends = c->ends,
+        .below = c->below, .above_starts = c->above_starts, .above_ends = c->above_ends,
+        .above = c->above, .pressing = (uint8_t *)boxes->pressing, .pushes = timed->pushes,
+        .moves = (uint8_t *)boxes->moves, .answers = timed->answers,
+        .solved = (uint8_t *)timed->solved, .farthest = (double *)timed->farthest,
+        .beyond = timed->beyond, .counts = (int64_t *)timed->counts,
+        .work = (double *)timed->spent,
     };
 }
 
 static bool is_box(const sl_timed *timed, int32_t item) {
     return item >= 0 && item < timed->boxes.count;
-}
-
-int32_t sl_timed_place(sl_timed *timed, int32_t step, const sl_how *how, sl_moved *found) {
-    *found = (sl_moved){.ended = SL_REFUSED, .step = step, .item = -1};
-    return is_box(timed, step) ? place_next(timed, step, how, found) : SL_REFUSED;
 }
 
 int32_t sl_timed_first(sl_timed *timed, int32_t first, int32_t end, const sl_how *how,
@@ -149,7 +141,7 @@ sl_held *sl_held_new(int32_t count, const double *lower, const double *upper,
                      const double *weights, const double *offsets, const double *floor,
                      double margin) {
     if (count < 0 || count > SL_MOST) return NULL;
-    sl_held *held = sl_allocate(sizeof *held);
+    sl_held *held = allocate(sizeof *held);
     if (!held) return NULL;
     held->work = sl_work_new();
     held->boxes = boxes_of(count, lower, upper, weights, offsets, floor);
@@ -164,7 +156,7 @@ sl_held *sl_held_new(int32_t count, const double *lower, const double *upper,
 void sl_held_free(sl_held *held) {
     if (!held) return;
     sl_work_free(held->work);
-    sl_free(held);
+    free(held);
 }
 
 int32_t sl_held_place(sl_held *held, int32_t step, int32_t *item) {

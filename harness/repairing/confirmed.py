@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Generic, TypeVar
 
-from steadyload.core.constants import OF_MOVED
 from steadyload.layouts.model.growing import numbered
 from steadyload.layouts.model.layout import Layout
+from steadyload.repairing.loading_order import OF_MOVED
 from steadyload.repairing.plan import Boxes, Kind, Worth
 from steadyload.repairing.search import MARGIN, Attempt, Search
 from steadyload.time_limit import TimeLimit, TimeoutExpiredError
@@ -217,14 +217,14 @@ class ConfirmedSearch(Generic[Said]):
         """
         steps = confirmation.at_fault or range(len(attempt.order))
         for box in {attempt.order[step] for step in steps}:
-            place, margins = attempt.places[box], self._search.loading.margins
-            is_planned = (place == self._boxes.planned[box]).all()
-            now = margins[box] if is_planned else max(margins[box], OF_MOVED)
+            place, loading = attempt.places[box], self._search.loading
+            is_moved = bool((place != self._boxes.planned[box]).any())
+            now = loading.margins[int(is_moved), box]
             larger = [m for m in MARGINS if now < m <= self._search.most[box]]
             if larger:
-                margins[box] = larger[0]
+                loading.set_margin(box, larger[0])
             else:
-                self._search.loading.refuse(box, place)
+                loading.refuse(box, place)
 
 
 def _as_full(worth: Worth) -> Worth:

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from steadyload.core.loading import Loaded, Loading
+from steadyload.core.loading import Loaded, Loading, Wishes
 from steadyload.layouts.model.growing import GrowingLayout, limits_of, numbered
 from steadyload.layouts.model.layout import FloatArray
 from steadyload.repairing.plan import Boxes
 from steadyload.statics.bearing.crushing import crushed_by_now
+
+OF_MOVED = 0.5
+"""Margin of balance [cm] of a box that is not at its place in the plan, at least."""
 
 
 class LoadingOrder:
@@ -24,25 +27,26 @@ class LoadingOrder:
         margins: of boxes at first [cm], shape (J,), or of all alike.
 
     Attributes:
-        margins: by which the contact patches of boxes are drawn in on every side [cm], shape (J,);
-            at other places than in the plan by :data:`.OF_MOVED` at least.
+        margins: by which the contact patches of boxes are drawn in on every side [cm], at their
+            places in the plan and at others, shape (2, J); :meth:`set_margin` sets them.
     """
 
     def __init__(self, boxes: Boxes, *, reorder: bool, margins: float | FloatArray) -> None:
         self._boxes, self._reorder = boxes, reorder
-        self.margins: FloatArray = np.full(len(boxes), margins)
+        self.margins: FloatArray = np.empty((2, len(boxes)))
+        self.set_margin(slice(None), margins)
         self._refused: FloatArray = np.empty((0, 5))
         self._places = boxes.planned
         self._loading = Loading(limits_of(boxes.layout.pallet), boxes.given)
         self._looked_at = _LookedAt(boxes) if boxes.limited else None
 
+    def set_margin(self, boxes: int | slice, margin: float | FloatArray) -> None:
+        """Give boxes a margin [cm]: where they are moved, :data:`OF_MOVED` at least."""
+        self.margins[0, boxes], self.margins[1, boxes] = margin, np.maximum(margin, OF_MOVED)
+
     def refuse(self, box: int, place: FloatArray) -> None:
         """Take a place of a box for one at which it does not stand."""
         self._refused = np.vstack([self._refused, [float(box), *place]])
-
-    def is_refused(self, box: int, place: FloatArray) -> bool:
-        """Whether a place was refused."""
-        return bool((self._refused == [float(box), *place]).all(axis=1).any())
 
     def load(self, places: FloatArray) -> Loaded:
         """Load the boxes.
@@ -52,8 +56,9 @@ class LoadingOrder:
         """
         self._places = places
         looks = self._looked_at is not None
-        self._begin(len(places))
-        while not self._loading.load(reorder=self._reorder, looks=looks):
+        wishes = self._wishes()
+        self._loading.begin(wishes, len(places))
+        while not self._loading.load(wishes, reorder=self._reorder, looks=looks):
             self._look()
         return self._loading.loaded()
 
@@ -70,13 +75,13 @@ class LoadingOrder:
             margin: as of :attr:`margins` [cm].
             most: places that are looked for.
         """
+        wishes = self._wishes()
         if not self._reorder:
-            self._begin(box)
-        return list(places[self._loading.first_standing(box, places, margin, most)])
+            self._loading.begin(wishes, box)
+        return list(places[self._loading.first_standing(wishes, box, places, margin, most)])
 
-    def _begin(self, box: int) -> None:
-        """Go back to before the first change, and to before the turn of a box at the latest."""
-        self._loading.begin(self._places, self.margins, self._refused, box)
+    def _wishes(self) -> Wishes:
+        return Wishes(self._boxes.given, self._places, self.margins, self._refused)
 
     def _look(self) -> None:
         """Take off the box that was put on last if one is crushed by it."""

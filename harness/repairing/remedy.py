@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import dataclass
 
-from steadyload.core.constants import OF_MOVED
 from steadyload.layouts.model.contacts import find_supports
 from steadyload.layouts.model.footing import Side, footing
 from steadyload.layouts.model.frame import Frame
@@ -13,7 +12,7 @@ from steadyload.layouts.model.layout import TOLERANCE, Layout, Vector
 from steadyload.layouts.model.naming import label_in
 from steadyload.methods.registry import make_method
 from steadyload.repairing.changes import sideways
-from steadyload.repairing.loading_order import LoadingOrder
+from steadyload.repairing.loading_order import OF_MOVED, LoadingOrder
 from steadyload.repairing.places import Places
 from steadyload.repairing.plan import Boxes, Kind
 from steadyload.repairing.search import MARGIN

@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from steadyload.core.constants import OF_MOVED
 from steadyload.layouts.model.layout import TOLERANCE, FloatArray
 from steadyload.repairing.loading_order import LoadingOrder
 from steadyload.repairing.places import Places
@@ -169,8 +168,6 @@ class Search:
 
     def _with_place(self, attempt: Attempt, box: int, place: FloatArray) -> Attempt | None:
         """The attempt with a box elsewhere; None where that is no better, or a box is stuck."""
-        if self.loading.is_refused(box, place):
-            return None
         places = with_place(attempt.places, box, place)
         loaded = self.loading.load(places)
         worth = self._boxes.worth(places, loaded.order)
@@ -282,7 +279,7 @@ class Search:
 
     def _margin(self, box: int) -> float:
         """Of a box that is moved [cm]."""
-        return max(OF_MOVED, float(self.loading.margins[box]))
+        return float(self.loading.margins[1, box])
 
 
 def left_out(places: FloatArray) -> list[int]:

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.optimize import linprog
 
 from steadyload.core.constants import STANDS
-from steadyload.layouts.model.contacts import FLOOR, Patch, find_contacts
+from steadyload.layouts.model.contacts import FLOOR, Patch, find_supports
 from steadyload.layouts.model.layout import FloatArray, Layout
 from steadyload.statics.balance import solve
 from steadyload.statics.corners import corner_columns
@@ -59,21 +59,18 @@ def margins(layout: Layout, *, centres: bool = True) -> list[Margin]:
 
 class _Scene:
     def __init__(self, layout: Layout) -> None:
-        contacts = find_contacts(layout)
-        self.layout = layout
+        self.layout, self.supports = layout, find_supports(layout)
         self.sizes = layout.upper - layout.lower
         self.middle = 0.5 * (layout.lower + layout.upper) + layout.mass_offsets
-        self.joined = contacts.carries | contacts.carries.T
-        self.patches: list[Patch] = []
-        for j in np.flatnonzero(contacts.on_floor | contacts.at_edge).tolist():
-            low, high = contacts.floor_low[j].tolist(), contacts.floor_high[j].tolist()
-            self.patches.append(Patch(FLOOR, j, *low, *high))
-        for i, j in np.argwhere(contacts.carries).tolist():
-            low = contacts.corners_low[i, j].tolist()
-            self.patches.append(Patch(i, j, *low, *contacts.corners_high[i, j].tolist()))
+        patches = [patch for below in self.supports.below for patch in below]
+        for j in np.flatnonzero(self.supports.on_floor).tolist():
+            low = np.maximum(layout.lower[j, ::2], layout.floor.low).tolist()
+            high = np.minimum(layout.upper[j, ::2], layout.floor.high).tolist()
+            patches.append(Patch(FLOOR, j, *low, *high))
+        self.patches = sorted(patches)
 
     def margin(self, step: int, centres: bool) -> Margin:
-        items = self._group(step)
+        items = self.supports.joined(step)
         patches = [p for p in self.patches if p.above in items and p.below <= step]
 
         def failing(grow: float) -> int | None:
@@ -102,16 +99,6 @@ class _Scene:
         if centres:
             shift = self._centres(items, patches, held=item is None)
         return Margin(step, first, low, shift)
-
-    def _group(self, step: int) -> list[int]:
-        group = {step}
-        todo = [step]
-        while todo:
-            for other in np.flatnonzero(self.joined[todo.pop(), : step + 1]).tolist():
-                if other not in group:
-                    group.add(other)
-                    todo.append(other)
-        return sorted(group)
 
     def _centres(self, items: list[int], patches: list[Patch], *, held: bool) -> float:
         """Linear programmes over the forces and the shifts of the centres of mass."""

@@ -1,22 +1,23 @@
 """``steadyload warm-up``, and the line on what is compiled: once, and on stderr."""
 
+import importlib
 import logging
 import subprocess
 import sys
 
 import pytest
 
-from steadyload.cli import main, warm_up
+from steadyload.cli import main
+from steadyload.engines.reference import compilation, warming
 
 PACKAGE = """
-from steadyload.engines.reference import compilation
+from steadyload.engines.reference.compilation import Compilation
 
-PART = compilation.Part("the tiny ones", 1, "tiny_part:warm_up")
+compiled = Compilation("the tiny ones", 1, "0123456789ab")
 
+@compiled
 def twice(x):
     return x + x
-
-twice = compilation.compile_kept(twice, "0123456789ab", PART)
 
 def warm_up():
     twice(2)
@@ -26,16 +27,18 @@ def warm_up():
 
 @pytest.fixture
 def tiny(tmp_path, monkeypatch):
-    """A package whose one part is all that there is; returns how a new process begins."""
+    """A module in place of the reference; returns how a new process begins."""
     (tmp_path / "tiny_part.py").write_text(PACKAGE)
     monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.setattr(warm_up, "PART", "tiny_part:PART")
     monkeypatch.setattr(
         logging.getLogger("steadyload.engines.reference.compilation"), "disabled", False
     )
 
     def begins():
-        monkeypatch.delitem(sys.modules, "tiny_part", raising=False)
+        sys.modules.pop("tiny_part", None)
+        tiny_part = importlib.import_module("tiny_part")
+        monkeypatch.setattr(compilation, "compiled", tiny_part.compiled)
+        monkeypatch.setattr(warming, "warm_up", tiny_part.warm_up)
 
     begins()
     yield begins
@@ -59,6 +62,7 @@ def test_what_is_missing_is_compiled_with_one_line_on_stderr_and_then_it_is_read
 
 def test_what_is_not_kept_is_said_with_status_1(tiny, capsys, monkeypatch):
     monkeypatch.setattr("steadyload.engines.reference.compilation.config.DISABLE_JIT", 1)
+    tiny()
     assert main(["warm-up"]) == 1
     out, err = capsys.readouterr()
     assert "the tiny ones  not compiled" in out

@@ -30,7 +30,7 @@ def test_without_a_library_from_these_sources_a_command_names_the_one_that_build
     )
 
 
-@pytest.mark.parametrize("name", ["TOLERANCE", "REFUSED", "CARRIED", "OF_MOVED"])
+@pytest.mark.parametrize("name", ["TOLERANCE", "REFUSED", "CARRIED", "QUANTITIES"])
 def test_a_constant_that_differs_in_c_is_found_when_the_library_is_loaded(name):
     done = run(f"constants.{name} = 17.0")
     assert done.returncode == 1

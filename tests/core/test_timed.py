@@ -37,7 +37,7 @@ def many(starts, layouts=2):
 
 def test_a_box_that_tips_is_followed(leaning):
     loading = Followed(leaning)
-    assert loading.place(0, HOW).ended == STANDS
+    assert loading.group(0).ended == STANDS
     ended, kept, items = loading.group(1)
     assert (ended, kept, items.tolist()) == (FAILS, False, [1])
     moved = loading.moved(1, items, HOW)
@@ -55,7 +55,7 @@ def test_work_is_limited(leaning):
 
 def test_arrays_can_be_seen_longer_than_the_loading_is_kept(leaning):
     loading = Followed(leaning, 0.5)
-    loading.place(0, HOW)
+    loading.group(0)
     loading.group(1)
     seen, expected = loading.moves, loading.moves.copy()
     del loading
@@ -79,8 +79,8 @@ def test_no_box_beyond_the_last_is_placed(leaning):
     loading, held = Followed(leaning), Held(leaning)
     for step in (-1, 2):
         for call in (
-            lambda step=step: loading.place(step, HOW), lambda step=step: loading.group(step),
-            lambda step=step: loading.first(0, 3, HOW), lambda step=step: held.place(step),
+            lambda step=step: loading.group(step), lambda step=step: held.place(step),
+            lambda: loading.first(0, 3, HOW), lambda: loading.first(-1, 2, HOW),
             lambda step=step: loading.moved(step, np.array([0], np.int32), HOW),
             lambda step=step: held.group(step),
             lambda step=step: loading.moved(1, np.array([step], np.int32), HOW),

@@ -103,14 +103,15 @@ def followed(arrays, variant):
     how, margin = HOWS[variant % len(HOWS)], (0.0, 0.01, 0.5, 0.0)[variant // 7 % 4]
     loads, found, ways = timed.Followed(whole.Given(*arrays), margin, 1e4), [], []
     for step in range(len(arrays[2])):
-        if variant % 2:
-            ended, _, item, *way = loads.place(step, how)
+        ended, kept, items = loads.group(step)
+        item, way = -1, (0.0, 0.0, 0.0)
+        if len(items) and not kept:
+            ended, _, item, *way = loads.moved(step, items, how)
+        if variant % 2:  # as a step of Followed.first
+            ended = STANDS if kept else ended
+            loads.counts[0] += kept
         else:
-            ended, kept, items = loads.group(step)
             found += [kept, loads.is_near_its_edge(step, 0.5), *items]
-            item, way = -1, (0.0, 0.0, 0.0)
-            if len(items) and not kept:
-                ended, _, item, *way = loads.moved(step, items, how)
         found += [ended, item]
         ways.append(way)
     kept = loads.moves, loads.answers, loads.solved, loads.counts, loads.pressing, loads.pushes
@@ -155,8 +156,10 @@ def loaded(arrays, variant):
     reorder, looks, found, numbers = variant % 4 > 0, variant % 5 == 0, [], []
     for turn in range(4):
         first = count if (variant + turn) % 3 else variant % count
-        order.begin(places, margins, refused, first)
-        while not order.load(reorder=reorder, looks=looks):
+        each = np.stack([margins, np.maximum(margins, 0.5)])
+        wishes = loading.Wishes(boxes, places, each, refused)
+        order.begin(wishes, first)
+        while not order.load(wishes, reorder=reorder, looks=looks):
             stays = (sum(order.loaded().order) + order.looked_at) % 6 != 0
             order.say(stays, reorder=reorder)
         there, stuck = order.loaded()
@@ -169,7 +172,7 @@ def loaded(arrays, variant):
         found += [*there, -1, *stuck, -1, len(free)]
         numbers += [*boxes.cost(places), *free[:3].ravel(), *far[:3], far.sum()]
         if box not in there:
-            found += order.first_standing(box, free[:200].copy(), 0.05, 3).tolist()
+            found += order.first_standing(wishes, box, free[:200].copy(), 0.05, 3).tolist()
         places, margins = places.copy(), margins.copy()
         if len(free):
             places[box] = free[min(variant % 5, len(free) - 1)]
@@ -224,8 +227,9 @@ def squares(arrays, _):
 def features(arrays, _):
     """What learned methods judge by."""
     given = whole.Given(*arrays)
+    support, network = learned.support(given)
     return {
-        "support": learned.support_table(given), "network": learned.support_features(given),
+        "support": support, "network": network,
         "plain": learned.plain_features(given, np.array([120.0, 150.0, 80.0])),
         "quantities": learned.quantities(given),
     }  # fmt: skip

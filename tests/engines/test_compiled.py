@@ -7,13 +7,14 @@ from pathlib import Path
 
 import pytest
 
-from steadyload.engines.reference import compilation, compiled
+from steadyload.engines.reference import compilation
+from steadyload.engines.reference.compilation import Compilation
 
 
 def imported(folder):
     """The module, imported from a folder of its own."""
-    shutil.copy(compiled.__file__, folder / "compiled.py")
-    return module_of(folder / "compiled.py")
+    shutil.copy(compilation.__file__, folder / "compilation.py")
+    return module_of(folder / "compilation.py")
 
 
 def module_of(file):
@@ -24,10 +25,14 @@ def module_of(file):
     return module
 
 
-def of_a_process(file, part=None):
+def process():
+    """The compilation of a new process."""
+    return Compilation("ratios", 5, "0123456789ab")
+
+
+def of_a_process(file, compiled=None):
     """The function of a file named ratio.py, as a new process has it."""
-    part = part or compilation.Part("ratios", 1, "")
-    return compilation.compile_kept(module_of(file).ratio, "0123456789ab", part)
+    return (compiled or process())(module_of(file).ratio)
 
 
 @pytest.fixture
@@ -47,27 +52,27 @@ def told(caplog, monkeypatch):
 
 
 def test_a_part_is_told_once_when_it_is_compiled_and_not_when_it_is_loaded(ratio_file, told):
-    first, second = (compilation.Part("ratios", 5, "") for _ in range(2))
+    first, second = process(), process()
     compiling = of_a_process(ratio_file, first)
     assert not told.messages
     compiling(7, 2)
     compiling(7.5, 2.0)
     assert told.messages == ["compiling ratios (up to about 5 s, once)"]
-    assert first.compiled == 2
+    assert first.count == 2
     loading = of_a_process(ratio_file, second)
     assert (loading(7, 2), loading(7.5, 2.0)) == (3.5, 3.75)
     assert len(told.messages) == 1
-    assert second.compiled == 0
+    assert second.count == 0
     assert first.folder == second.folder == ratio_file.parent / "__pycache__"
 
 
 def test_what_cannot_be_kept_is_not_said_to_be_compiled_once(told):
-    scope, part = {}, compilation.Part("numbers", 5, "")
+    scope, compiled = {}, process()
     exec("def thrice(x):\n    return 3.0 * x\n", scope)
-    assert compilation.compile_kept(scope["thrice"], "0123456789ab", part)(7.0) == 21.0
+    assert compiled(scope["thrice"])(7.0) == 21.0
     [sentence] = told.messages
     assert "anew in every process" in sentence
-    assert part.folder is None
+    assert compiled.folder is None
 
 
 def test_what_other_sources_compiled_goes(tmp_path):
@@ -92,8 +97,8 @@ def test_a_function_that_cannot_be_kept_is_compiled_all_the_same():
     """A function from no file has no place for a cache."""
     scope = {}
     exec("def twice(x):\n    return 2.0 * x\n", scope)
-    assert compiled.compiled(scope["twice"])(21.0) == 42.0
-    assert not list(Path(compiled.__file__).parent.glob("__pycache__/*twice*"))
+    assert compilation.compiled(scope["twice"])(21.0) == 42.0
+    assert not list(Path(compilation.__file__).parent.glob("__pycache__/*twice*"))
 
 
 def test_signatures_that_two_processes_compile_at_once_are_kept_apart(ratio_file, monkeypatch):

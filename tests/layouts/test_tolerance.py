@@ -198,7 +198,7 @@ def test_what_overhangs_the_deck_by_exactly_the_tolerance_overhangs_no_edge():
             assert (found["batch"].floors[0] == layout.floor.corners).all()
             contacts = find_contacts(layout)
             assert contacts.on_floor.all()
-            assert not contacts.at_edge.any()
+            assert not len(contacts.above)
             for supports in (find_supports(layout), growing.supports):
                 assert supports.on_floor == [True]
                 assert supports.below == [[]]

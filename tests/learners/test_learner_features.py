@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from steadyload.core.learned import support_table
+from steadyload.core.learned import support
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.packing.packing import random_layouts
 from steadyload.learners.features import (
@@ -41,7 +41,7 @@ def layout(*boxes, pallet=PALLET):
 
 def table(lay):
     """The support table by column, a list of rows each."""
-    found = support_table(lay.given)
+    found, _ = support(lay.given)
     assert found.shape == (len(lay), len(SUPPORT))
     return {name: found[:, k].tolist() for k, name in enumerate(SUPPORT)}
 

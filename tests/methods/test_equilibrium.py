@@ -163,8 +163,9 @@ def dense_failing_step(lay, grow=1e-6):
             for j in np.flatnonzero(contacts.on_floor[:count])
         ]
         pairs += [
-            (i, j, contacts.corners_low[i, j], contacts.corners_high[i, j])
-            for i, j in np.argwhere(contacts.carries[:count, :count])
+            (i, j, corners[:2], corners[2:])
+            for i, j, corners in zip(contacts.below, contacts.above, contacts.corners, strict=True)
+            if max(i, j) < count
         ]
         for i, j, low, high in pairs:
             for x in (low[0] - grow, high[0] + grow):

@@ -14,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import steadyload as sl
-from steadyload.core.learned import support_table
+from steadyload.core.learned import support
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.model.batch import LayoutBatch
 from steadyload.layouts.model.layout import view_on
@@ -123,7 +123,7 @@ def test_features_of_support_see_the_same_contacts():
     share, drop = SUPPORT.index("supported share"), SUPPORT.index("drop")
     for pallet, boxes in pairs(1):
         layout = in_memory(pallet, boxes)
-        table = support_table(layout.given)
+        table, _ = support(layout.given)
         assert table[1, share] == 1.0
         assert table[1, drop] == 0.0
 
@@ -133,7 +133,7 @@ def test_features_of_support_see_the_edges_of_a_deck_alike():
     for k in range(100, 1100):
         box = (-1, 1, 10 * k - 999, 4_000, 1_000, 1_000)
         layout = in_memory((8_000, 16_000, 10 * k), (box,), floor="deck")
-        table = support_table(layout.given)
+        table, _ = support(layout.given)
         assert table[0, floor] == table[0, share] == 1.0
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from steadyload.engines.reference.blocks import elimination_order, factorise, solve
-from steadyload.engines.reference.compiled import compiled
+from steadyload.engines.reference.compilation import compiled
 from steadyload.engines.reference.contact import BODY, FLOOR, make_scratch
 from steadyload.engines.reference.islands import candidate_pairs, islands
 from steadyload.engines.reference.law import Law, friction_ratio, normal_force

@@ -158,7 +158,7 @@ def test_moves_keep_sizes_weights_and_contacts(layout, along_x, along_z):
     for moved in (translated(layout, along_x, along_z), quarter_turned(layout), mirrored(layout)):
         after = find_contacts(moved)
         assert np.array_equal(before.carries, after.carries)
-        assert np.allclose(before.areas(), after.areas())
+        assert np.allclose(before.areas, after.areas)
         assert np.array_equal(layout.weights, moved.weights)
 
 

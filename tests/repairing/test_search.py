@@ -20,12 +20,10 @@ from plans import (
     with_first,
 )
 
-from steadyload.core.loading import free_places
 from steadyload.layouts.model.layout import TOLERANCE
 from steadyload.methods import make_method
 from steadyload.repairing.confirmed import Confirmation, ConfirmedSearch, Stopped, changed_plan
 from steadyload.repairing.plan import Boxes, Kind, kept_in_order
-from steadyload.repairing.search import Search
 from steadyload.statics.bearing.crushing import first_crushed
 
 MARGIN = 0.5
@@ -228,18 +226,6 @@ def test_an_interrupt_leaves_the_best_plan_so_far():
         search(plan, judge=at_once)
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_a_long_search_takes_no_more_room_than_a_short_one(seed):
-    boxes = Boxes(failing_plan(seed, 14))
-    own = Search(boxes, ALL, 30.0, seed, lambda: None)
-    base, rooms = own.complete(boxes.planned), []
-    for _ in range(6):
-        for _ in range(20):
-            base = own.complete(own.neighbour(base)) or base
-        rooms.append(own.loading._loading.room)
-    assert rooms[-1] <= 2 * rooms[0], "it doubles where it is full"
-
-
 def test_no_time_is_no_plan():
     result = search(failing_plan(2, 10), seconds=1e-6)
     assert (result.attempt, result.stopped) == (None, Stopped.TIME)
@@ -296,13 +282,14 @@ def test_boxes_that_keep_their_turn_are_a_longest_ascending_part(order):
 def test_free_places_are_free_and_carried(seed, boxes):
     plan = random_plan(seed, boxes, floating=0.0, shuffled=0.0)
     box, others = plan.items[-1], slice(0, boxes - 1)
-    lower, upper = plan.lower[others].copy(), plan.upper[others].copy()
-    size = np.array(box.size)
-    made = free_places(
-        lower, upper, 0.5 * (lower + upper), size, 0.5 * size, np.array(box.position), MARGIN,
-        Boxes(plan).limits, np.unique([0.0, *upper[:, 1]]), np.array([np.inf, -np.inf, np.inf]),
-        4000,
+    lower, upper = plan.lower[others], plan.upper[others]
+    size, own = np.array(box.size), Boxes(plan)
+    found, far = own.given.places_among(
+        own.planned, np.zeros(boxes, dtype=bool), boxes - 1, MARGIN, own.limits,
+        np.array([np.inf, -np.inf, np.inf]), 1, 4000,
     )  # fmt: skip
+    made = found[:, :3]
+    assert far == pytest.approx(np.linalg.norm(made - box.position, axis=1))
     assert (made == box.position).all(axis=1).any()
     for place in made:
         shared = np.minimum(upper, place + size) - np.maximum(lower, place)

@@ -3,6 +3,7 @@
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -20,7 +21,8 @@ from steadyload.core.whole import Given
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.model.batch import LayoutBatch
-from steadyload.layouts.model.contacts import FLOOR, Patch, find_contacts, find_supports
+from steadyload.layouts.model.contacts import FLOOR, Patch, find_supports
+from steadyload.layouts.model.layout import TOLERANCE
 from steadyload.methods import make_method
 from steadyload.methods.contract.method import Finding, NotBatchedError, Seconds
 from steadyload.methods.contract.spec import parse_spec
@@ -58,22 +60,51 @@ def heap(seed, floor, count=60):
 
 def test_contacts_are_those_of_all_pairs(layouts):
     for layout in layouts:
-        found = layout.given.contacts()
-        expected = find_contacts(layout)
-        assert found.on_floor.tolist() == expected.on_floor.tolist()
-        for j in range(len(layout)):
-            part = slice(found.starts[j], found.starts[j + 1])
-            below, patches = found.below[part], found.patches[part]
-            if expected.at_edge[j]:
-                edge = [*expected.floor_low[j], *expected.floor_high[j]]
-                assert below[0] == FLOOR
-                assert patches[0].tolist() == edge
-                below, patches = below[1:], patches[1:]
-            assert below.tolist() == np.flatnonzero(expected.carries[:, j]).tolist()
-            corners = (expected.corners_low[below, j], expected.corners_high[below, j])
-            assert (patches == np.concatenate(corners, axis=1)).all()
-            above = found.above[found.above_starts[j] : found.above_starts[j + 1]]
-            assert above.tolist() == np.flatnonzero(expected.carries[j]).tolist()
+        found, count, floor = layout.given.contacts(), len(layout), layout.floor
+        patches = np.split(found.patches, found.starts[1:-1])
+        below = np.split(found.below, found.starts[1:-1])
+        above = np.split(found.above, found.above_starts[1:-1])
+        carries = np.zeros((count, count), dtype=bool)
+        for j in range(count):
+            base = Rectangle(*layout.lower[j, ::2], *layout.upper[j, ::2])
+            edges = Rectangle(*floor.low, *floor.high)
+            low = layout.lower[j, 1] <= TOLERANCE
+            inside = base.outside(edges) <= TOLERANCE
+            assert found.on_floor[j] == (low and inside)
+            expected = [(FLOOR, base.shared(edges))] if low and not inside else []
+            expected += [
+                (i, base.shared(Rectangle(*layout.lower[i, ::2], *layout.upper[i, ::2])))
+                for i in range(count) if abs(layout.upper[i, 1] - layout.lower[j, 1]) <= TOLERANCE
+            ]  # fmt: skip
+            expected = [(i, shared) for i, shared in expected if shared.narrower > TOLERANCE]
+            assert below[j].tolist() == [i for i, _ in expected]
+            assert patches[j].tolist() == [list(shared) for _, shared in expected]
+            carries[[i for i, _ in expected if i != FLOOR], j] = True
+        assert [each.tolist() for each in above] == [
+            np.flatnonzero(row).tolist() for row in carries
+        ]
+
+
+class Rectangle(NamedTuple):
+    """Seen from above."""
+
+    x0: float
+    z0: float
+    x1: float
+    z1: float
+
+    @property
+    def narrower(self):
+        return min(self.x1 - self.x0, self.z1 - self.z0)
+
+    def shared(self, other):
+        low = max(self.x0, other.x0), max(self.z0, other.z0)
+        return Rectangle(*low, min(self.x1, other.x1), min(self.z1, other.z1))
+
+    def outside(self, other):
+        """How far it stands out over the edges of another."""
+        before = max(other.x0 - self.x0, other.z0 - self.z0)
+        return max(before, self.x1 - other.x1, self.z1 - other.z1)
 
 
 @pytest.mark.parametrize("name", BATCHED)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from steadyload.core.constants import FLOOR as FLOOR
-from steadyload.layouts.model.layout import TOLERANCE, Arrangement, FloatArray
+from steadyload.layouts.model.layout import Arrangement, FloatArray
 
 VERSION = 1
 """Of contacts, supports and layouts that grow: raised when others are found."""
@@ -18,62 +18,41 @@ VERSION = 1
 
 @dataclass(frozen=True, slots=True)
 class Contacts:
-    """Vertical contacts of a whole layout.
+    """Vertical contacts of a whole layout, as arrays: P patches, by the items above, then below.
 
     Attributes:
         on_floor: item stands on the floor with all of its base, shape (J,).
-        at_edge: item stands on the floor with a part of its base, and overhangs an edge, shape
-            (J,).
-        floor_low, floor_high: the rectangle of a base above the floor in (x, z) [cm], shape (J, 2);
-            meaningless where there is none.
-        carries: ``carries[i, j]`` is true where the top of i touches the base of j, shape (J, J).
-        corners_low, corners_high: the contact rectangle of i and j in (x, z) [cm], shape
-            (J, J, 2); meaningless where there is no contact.
+        below: the item that carries, shape (P,); :data:`FLOOR` where one whose base overhangs an
+            edge of the floor stands on that.
+        above: the item that is carried, shape (P,).
+        corners: x0, z0, x1, z1 [cm], shape (P, 4).
     """
 
     on_floor: NDArray[np.bool_]
-    at_edge: NDArray[np.bool_]
-    floor_low: FloatArray
-    floor_high: FloatArray
-    carries: NDArray[np.bool_]
-    corners_low: FloatArray
-    corners_high: FloatArray
+    below: NDArray[np.int32]
+    above: NDArray[np.intp]
+    corners: FloatArray
 
+    @property
     def areas(self) -> FloatArray:
-        """Contact areas [cm2] between i (below) and j (above), shape (J, J)."""
-        return np.where(self.carries, (self.corners_high - self.corners_low).prod(axis=2), 0.0)
+        """Of patches [cm2], shape (P,)."""
+        found: FloatArray = (self.corners[:, 2:] - self.corners[:, :2]).prod(axis=1)
+        return found
 
-    def edge_areas(self) -> FloatArray:
-        """Areas [cm2] with which items that overhang an edge stand on the floor, shape (J,)."""
-        return np.where(self.at_edge, (self.floor_high - self.floor_low).prod(axis=1), 0.0)
+    @property
+    def carries(self) -> NDArray[np.bool_]:
+        """``carries[i, j]`` is true where the top of i touches the base of j, shape (J, J)."""
+        found = np.zeros((len(self.on_floor), len(self.on_floor)), dtype=np.bool_)
+        item = self.below != FLOOR
+        found[self.below[item], self.above[item]] = True
+        return found
 
 
 def find_contacts(layout: Arrangement) -> Contacts:
-    """All vertical contacts: faces level to within :data:`TOLERANCE` that share an area."""
-    floor_plan_low, floor_plan_high = layout.lower[:, ::2], layout.upper[:, ::2]
-    low = np.maximum(floor_plan_low[:, None], floor_plan_low[None])
-    high = np.minimum(floor_plan_high[:, None], floor_plan_high[None])
-    level = np.abs(layout.upper[:, 1, None] - layout.lower[None, :, 1]) <= TOLERANCE
-    shared = (high - low).min(axis=2) > TOLERANCE
-    floor = layout.floor
-    on_floor, at_edge = layout.lower[:, 1] <= TOLERANCE, np.zeros(len(layout), dtype=bool)
-    floor_low, floor_high = floor_plan_low, floor_plan_high
-    if floor.has_edges:
-        floor_low = np.maximum(floor_low, floor.low)
-        floor_high = np.minimum(floor_high, floor.high)
-        out = np.maximum(floor_low - floor_plan_low, floor_plan_high - floor_high).max(axis=1)
-        above = (floor_high - floor_low).min(axis=1) > TOLERANCE
-        at_edge = on_floor & (out > TOLERANCE) & above
-        on_floor = on_floor & (out <= TOLERANCE)
-    return Contacts(
-        on_floor=on_floor,
-        at_edge=at_edge,
-        floor_low=floor_low,
-        floor_high=floor_high,
-        carries=level & shared,
-        corners_low=low,
-        corners_high=high,
-    )
+    """All vertical contacts: faces level to within :data:`.TOLERANCE` that share an area."""
+    found = layout.given.contacts()
+    above = np.repeat(np.arange(len(layout)), np.diff(found.starts))
+    return Contacts(found.on_floor, found.below, above, found.patches)
 
 
 class Patch(NamedTuple):

@@ -14,8 +14,8 @@ from steadyload.core.library import Finding as Found
 from steadyload.core.library import finding
 from steadyload.engines.quantities import quantity
 from steadyload.layouts.model.batch import LayoutBatch
+from steadyload.layouts.model.contacts import FLOOR, Contacts, find_contacts
 from steadyload.layouts.model.contacts import VERSION as CONTACTS
-from steadyload.layouts.model.contacts import Contacts, find_contacts
 from steadyload.layouts.model.growing import GrowingLayout
 from steadyload.layouts.model.layout import FloatArray, Layout
 from steadyload.methods.contract.declared import Trait
@@ -116,7 +116,12 @@ class FullBaseSupport(PartialBaseSupport):
 
 def _support(layout: Layout, contacts: Contacts) -> FloatArray:
     """The share of every base that rests on the floor or on items placed before, shape (J,)."""
-    areas = np.triu(contacts.areas(), k=1).sum(axis=0) + contacts.edge_areas()
+    before, floor = contacts.below < contacts.above, contacts.below == FLOOR
+    on_items, on_floor = (
+        np.bincount(contacts.above[of], contacts.areas[of], len(layout))
+        for of in (before & ~floor, floor)
+    )
+    areas = on_items + on_floor
     sides = layout.upper - layout.lower
     found: FloatArray = np.where(contacts.on_floor, 1.0, areas / (sides[:, 0] * sides[:, 2]))
     return found

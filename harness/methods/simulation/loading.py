@@ -9,7 +9,7 @@ import numpy as np
 
 from steadyload.engines.registry import world_class
 from steadyload.engines.world import Box
-from steadyload.layouts.model.contacts import Contacts, find_contacts
+from steadyload.layouts.model.contacts import Supports, find_supports
 from steadyload.layouts.model.floor import INFINITE
 from steadyload.layouts.model.growing import GrowingLayout
 from steadyload.layouts.model.layout import Arrangement, Layout
@@ -21,7 +21,6 @@ from steadyload.methods.simulation.scene import (
     Across,
     Neighbourhood,
     boxes,
-    joined_groups,
     neighbourhood,
     planar_scene,
     surroundings,
@@ -93,15 +92,16 @@ class Loading(Placements):
                 return self.among_all(step)
             if scope is Scope.MOVING:
                 return self._moving.place(step, self)
-            group = self._groups[step]
+            supports = self._supports
+            group = np.array(supports.joined(step))
             if scope is Scope.LOCAL:
                 reach = _reach(self.layout, group, self.parameters)
                 return self.locally(step, neighbourhood(self.layout, group, reach))
-            found = self._contacts
-            floor = found.on_floor | found.at_edge
-            carried = bool((floor[group] | found.carries[: step + 1, group].any(axis=0)).all())
-            alone = bool(found.on_floor[step])
-            return self.widening(step, group, on_floor=alone, carried=carried)
+            carried = all(
+                supports.on_floor[item] or any(p.below <= step for p in supports.below[item])
+                for item in group.tolist()
+            )
+            return self.widening(step, group, on_floor=supports.on_floor[step], carried=carried)
 
     @cached_property
     def _moving(self) -> MovingItems:
@@ -111,12 +111,8 @@ class Loading(Placements):
         return MovingItems(self.layout, reach, self.parameters.balance_margin, self.across)
 
     @cached_property
-    def _contacts(self) -> Contacts:
-        return find_contacts(self.layout)
-
-    @cached_property
-    def _groups(self) -> list[Indices]:
-        return joined_groups(self._contacts)
+    def _supports(self) -> Supports:
+        return find_supports(self.layout)
 
 
 class GrowingLoading:

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from steadyload.engines.world import Box, Poses
-from steadyload.layouts.model.contacts import Contacts
 from steadyload.layouts.model.layout import TOLERANCE, Arrangement, FloatArray
 
 VERSION = 1
@@ -193,30 +192,6 @@ class Neighbourhood:
     fixed: NDArray[np.intp]
 
 
-def joined_groups(contacts: Contacts) -> list[NDArray[np.intp]]:
-    """By step, the new item and what is joined to it by standing on each other, in order.
-
-    Args:
-        contacts: of the whole layout.
-    """
-    touches = np.tril(contacts.carries | contacts.carries.T)
-    others: list[list[int]] = [[] for _ in touches]
-    for step, other in zip(*(side.tolist() for side in touches.nonzero()), strict=True):
-        others[step].append(other)
-    groups: list[list[int]] = []  # by item; those of one group share one list
-    found = []
-    for step, touched in enumerate(others):
-        groups.append([step])
-        for other in touched:
-            if groups[other] is not groups[step]:
-                merged = groups[other] + groups[step]
-                for item in merged:
-                    groups[item] = merged
-        groups[step].sort()
-        found.append(np.array(groups[step]))
-    return found
-
-
 def neighbourhood(
     layout: Arrangement, group: NDArray[np.intp], reach: float, step: int | None = None
 ) -> Neighbourhood:
@@ -224,7 +199,7 @@ def neighbourhood(
 
     Args:
         layout: any layout.
-        group: the new item, last, and what is joined to it (see :func:`joined_groups`).
+        group: the new item, last, and what is joined to it: see :meth:`.Supports.joined`.
         reach: how far around the free items others count as beside them [cm].
         step: the item placed last, where it is none of the group.
     """

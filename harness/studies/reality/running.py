@@ -197,7 +197,7 @@ def measured(
     Raises:
         MotionError: see :func:`steadyload.studies.reality.record.open_record`; trials are to be
             simulated, and the file is not here.
-        EngineNotInstalledError: ``reference`` is true, and numba is not installed.
+        EngineNotInstalledError: ``reference`` is true, and that engine is not installed.
         StudyError: an engine is not one of :func:`able_engines`.
         NotKeptError: rows are missing, and nothing may be measured.
     """
