@@ -9,6 +9,7 @@ import shlex
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from urllib.parse import urljoin
 
 from steadyload.atomic import write_atomically
 from steadyload.errors import UserError, nearest
@@ -112,9 +113,16 @@ def index(folder: Path) -> str:
             shown = figure(text)
             if shown:
                 lines += [f"[{_thumbnail(f'{entry.name}/{shown}', title(text))}]({link})"]
-            lines += [" ".join(filter(None, (f"**{entry.question}**", listed_answer(text))))]
+            said = _from_the_index(listed_answer(text), entry.name)
+            lines += [" ".join(filter(None, (f"**{entry.question}**", said)))]
             lines += ["", '<br clear="left">'] if shown else []
     return "\n".join(lines) + "\n"
+
+
+def _from_the_index(text: str, name: str) -> str:
+    """A text of a page with its links as they lead from the folder above."""
+    page = f"{name}/report.md"
+    return re.sub(r"\]\(([^()]+)\)", lambda found: f"]({urljoin(page, found[1])})", text)
 
 
 def _thumbnail(path: str, alternative: str) -> str:

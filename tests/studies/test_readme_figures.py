@@ -4,7 +4,6 @@ import re
 import subprocess
 import sys
 import tarfile
-from itertools import product
 from pathlib import Path
 
 import pandas as pd
@@ -16,111 +15,98 @@ ROOT = Path(__file__).parents[2]
 PAGES = ROOT / "reports" / "published"
 
 
-def table(text, start):
-    """Cells by the first one, of the first table after some words."""
-    found = re.search(r"(?:^\|.*\n)+", text[text.index(start) :], re.MULTILINE)
-    header, _, *lines = (
-        [cell.strip() for cell in line.strip("|").split("|")] for line in found[0].splitlines()
-    )
-    return header, {line[0]: line for line in lines}
-
-
-def test_the_table_of_the_readme_is_that_of_the_published_pages():
-    header, rows = table((ROOT / "README.md").read_text(), "## What came out")
-    assert header == [
-        "method", "paper %", "within 0.3 s %", "over / under %", "by class %",
-        "CPU ms, mean / median / 90 %", "times SME", "stands %", "CPU ms",
-    ]  # fmt: skip
-    pages = {
-        name: (PAGES / name / "report.md").read_text()
-        for name in ("evaluation", "evaluation_stands")
-    }
-    titles, within = table(pages["evaluation"], "## Accuracy and cost")
-    also, stands = table(pages["evaluation_stands"], "## Accuracy and cost")
-    named, classes = table(pages["evaluation"], "## By class of items")
-    timed, times = table(pages["evaluation"], "## Time a layout")
-    columns = [timed.index(name) for name in ("CPU ms", "median CPU ms", "90 % CPU ms")]
-    by_class = [k for k, title in enumerate(named) if title.startswith("class ")]
-    assert len(by_class) == 3
-    (details,) = (PAGES / "evaluation").glob("report-details.*.md")
-    every, of_errors = table(details.read_text(), "## Accuracy and cost")
-    wrong = [every.index(f"{how}estimated %") for how in ("over", "under")]
-    for method, (_, paper, accuracy, errors, parts, cpu, sme, other, other_cpu) in rows.items():
-        one = within[method]
-        asked = stands.get(f"{method} (question=stands)") or stands[method]
-        assert (paper, accuracy) == (one[titles.index("paper %")], one[titles.index("accuracy %")])
-        assert errors == " / ".join(of_errors[method][k].split()[0] for k in wrong)
-        assert parts == " / ".join(classes[method][k].split()[0] for k in by_class)
-        assert cpu.split(" / ")[0] == one[titles.index("CPU ms")].split()[0]
-        assert cpu == " / ".join(times[method][k].split()[0] for k in columns)
-        assert sme == times[method][timed.index("times SME")].split()[0]
-        assert other == asked[also.index("accuracy %")]
-        assert other_cpu == asked[also.index("CPU ms")].split()[0]
-
-
-def answers():
-    """Answer and measured on, by question, of the table of the readme."""
-    _, rows = table((ROOT / "README.md").read_text(), "| question")
-    return {question: (answer, cases) for question, answer, cases in rows.values()}
-
-
-def test_layouts_of_real_size_are_as_on_their_page():
-    text = (PAGES / "evaluation_real" / "report.md").read_text()
-    _, within, stands = text.split("\n## Accuracy and cost")
-    readme = (ROOT / "README.md").read_text()
-    (header, _, *lines) = readme[readme.index("| question | method ") :].splitlines()[:6]
-    _, _, *sizes = (cell.strip() for cell in header.strip("|").split("|"))
-    titles = {"`ps_opt@rapier`": "PS_opt @ rapier", "`cascade@rapier`": "Cascade @ rapier"}
-    for line, (question, method) in zip(lines, product((within, stands), titles), strict=True):
-        asked, own, *cells = (cell.strip() for cell in line.strip("|").split("|"))
-        suffix = "" if question is within else " (question=stands)"
-        assert (asked, own) == ("*stands*" if suffix else "*within*", method)
-        title = titles[method] + suffix
-        bins, accuracies = table(question, "Accuracy in per cent, by boxes, all scenarios:")
-        for size, cell in zip(sizes, cells, strict=True):
-            boxes, cases = re.fullmatch(r"(.*) boxes \(n (\d+)\)", size).groups()
-            _, times = table(question, f"CPU time a layout of {boxes} boxes, n = {cases} cases:")
-            accuracy = accuracies[title][bins.index(f"{boxes} (n {cases})")]
-            assert cell == f"{accuracy} % in {times[title][1].split()[0]} ms"
-
-
+README = (ROOT / "README.md").read_text()
 NUMBER = r"-?\d+(?:,\d{3})*(?:\.\d+)?"
 
 
-@pytest.mark.parametrize("question", answers())
-def test_every_figure_of_an_answer_is_on_a_page_that_it_links(question):
-    answer, cases = answers()[question]
-    pages = re.findall(r"\]\(((?:reports/published/\w+/report|docs/\w+)\.md)", answer)
-    assert pages
-    text = "".join((ROOT / page).read_text() for page in pages)
-    known = set(re.findall(NUMBER, re.sub(r"(\d) to ", r"\1, ", text)))
-    figures = re.findall(
-        NUMBER, re.sub(r"`[^`]*`|\[[^]]*\]\([^)]*\)|Zen \d", "", f"{answer} {cases}")
+def page(name):
+    """A published page, with the tables and sections of its file of details."""
+    return "".join(file.read_text() for file in sorted((PAGES / name).glob("report*.md")))
+
+
+def tables(text):
+    """Rows of every table of a text, by title of their columns."""
+    for found in re.findall(r"(?:^\|.*\n)+", text, re.MULTILINE):
+        header, _, *lines = (
+            [cell.strip() for cell in line.strip("|").split("|")] for line in found.splitlines()
+        )
+        yield [dict(zip(header, line, strict=False)) for line in lines]
+
+
+def of_method(text, method, column):
+    """What the first table with this column says of a method."""
+    for rows in tables(text):
+        for row in rows:
+            if row.get("method") == method and column in row:
+                return row[column]
+    raise AssertionError(f"no table has {column!r} of {method!r}")
+
+
+RESULTS = next(rows for rows in tables(README) if "paper %" in rows[0])
+
+
+@pytest.mark.parametrize("row", RESULTS, ids=lambda row: row["method"])
+def test_the_table_of_the_readme_is_that_of_the_published_pages(row):
+    within, stands = page("evaluation"), page("evaluation_stands")
+    method = row["method"]
+    other = f"{method} (question=stands)"
+    other = other if other in stands else method
+    assert list(row) == ["method", "paper %", "within 0.3 s %", "stands %", "median CPU ms"]
+    assert row["paper %"] == of_method(within, method, "paper %")
+    assert row["within 0.3 s %"] == of_method(within, method, "accuracy %")
+    assert row["stands %"] == of_method(stands, other, "accuracy %")
+    assert row["median CPU ms"] == of_method(within, method, "median CPU ms").split()[0]
+
+
+def test_the_readme_is_a_screen_and_a_half():
+    assert len(README.split()) <= 900
+    assert len(RESULTS) == 6
+    assert all(len(re.findall(r"\[[^]]*\]", cell)) <= 1 for row in RESULTS for cell in row.values())
+
+
+FINDINGS = re.findall(r"^- .*$", README[README.index("## What came out") :], re.MULTILINE)
+
+
+@pytest.mark.parametrize("finding", FINDINGS)
+def test_a_finding_is_one_sentence_with_one_interval_and_one_page(finding):
+    assert len(FINDINGS) == 6
+    (name,) = re.findall(r"\]\(reports/published/(\w+)/report\.md\)", finding)
+    (interval,) = re.findall(rf"{NUMBER} \[[^]]*\]", finding)
+    assert interval in page(name)
+    assert len(re.findall(r"[.?!](?:\s|$)", finding)) == 1
+
+
+def paragraphs():
+    """Paragraphs of the readme that have a number, and the tables that are no results."""
+    text = re.sub(r"```.*?```", "", README, flags=re.DOTALL)
+    for block in re.split(r"\n\n|\n(?=- )", text):
+        words = re.sub(r"`[^`]*`|\]\([^)]*\)|Zen \d|[A-Za-z_]\w*|Python 3.*?3\.11 alone", "", block)
+        if re.search(NUMBER, words) and "median CPU ms" not in block and "![" not in block:
+            yield block, set(re.findall(NUMBER, words))
+
+
+@pytest.mark.parametrize(("block", "figures"), list(paragraphs()))
+def test_every_number_of_the_readme_is_on_a_page_that_its_paragraph_links(block, figures):
+    names = re.findall(r"\]\((?:reports/published/(\w+)/report|(docs/\w+))\.md", block)
+    known = "".join(
+        page(name) if name else (ROOT / f"{file}.md").read_text() for name, file in names
     )
-    assert set(figures) - {"900", "95"} <= known  # those of the table above
+    known = {float(number.replace(",", "")) for number in re.findall(NUMBER, known)}
+    found = {float(number.replace(",", "")) for number in figures}
+    assert found <= known | {round(number) for number in known}
 
 
-@pytest.mark.parametrize("question", answers())
-def test_every_share_of_an_answer_has_its_interval_and_cases_and_every_time_its_clock(question):
-    answer, cases = answers()[question]
-    stated = re.sub(r"\[[^]]*\]\([^)]*\)", "", answer)
-    for before in re.findall(r"(\S+ \S+ \S+|^\S+) %", stated):
-        assert before.endswith("]") or " to " in before, before
-    assert re.search(r"\d", cases) or "known" in cases
-    if re.search(r"\d\]? ms", stated):
-        assert "CPU" in cases
+def test_a_picture_of_the_readme_is_there_and_is_the_leading_one_of_its_page():
+    pictures = re.findall(r"!\[[^]]*\]\(([^)]*)\)", README)
+    assert len(pictures) == 2
+    assert all((ROOT / picture).is_file() for picture in pictures)
+    leading = re.search(r"!\[[^]]*\]\((figures/[^)]*)\)", page("evaluation"))
+    assert pictures[1] == f"reports/published/evaluation/{leading[1]}"
 
 
 def test_no_time_of_the_readme_was_taken_on_a_busy_machine():
-    """Tables of cases have times of three pages; an answer has them where it states a clock."""
-    timed = {"evaluation", "evaluation_stands", "evaluation_real"}
-    for answer, cases in answers().values():
-        if "CPU" in answer + cases:
-            timed |= set(re.findall(r"reports/published/(\w+)/", answer))
-    assert len(timed) > 3
-    for name in timed:
-        for page in (PAGES / name).glob("report*.md"):
-            assert MARK not in page.read_text(), page
+    for name in ("evaluation", "evaluation_stands"):
+        assert MARK not in page(name)
 
 
 def test_a_script_without_this_package_recomputes_ten_figures():
@@ -131,32 +117,22 @@ def test_a_script_without_this_package_recomputes_ten_figures():
     ran = subprocess.run([sys.executable, script], capture_output=True, text=True, check=True)
     found = dict(line.rsplit(": ", 1) for line in ran.stdout.splitlines())
     assert len(found) == 10
-    readme = (ROOT / "README.md").read_text()
-    _, rows = table(readme, "## What came out")
+    lists, real, engines = page("evaluation"), page("evaluation_real"), page("engines")
     within = {
         "sme": "SME", "equilibrium:time=0.3": "Equilibrium (time=0.3)", "lstm_e": "LSTM_e",
         "ps_opt@mujoco": "PS_opt @ mujoco", "cascade@mujoco": "Cascade @ mujoco",
     }  # fmt: skip
     for spec, name in within.items():
-        assert rows[name][2].split()[0] == found[spec], spec
-    assert rows["Cascade @ mujoco"][7].split()[0] == found["cascade@mujoco:question=stands"]
-    real, _ = answers()["Which method for layouts of real size?"]
-    for spec, words in (
-        ("ps_opt@rapier", "For *within 0.3 s* `ps_opt@rapier` is right on {} ["),
-        ("ps_opt@rapier:question=stands", "for *stands* on {} ["),
-    ):
-        assert words.format(found[f"{spec}, 25 to 61 boxes"]) in real
-    engines, _ = answers()["Does the engine matter?"]
-    engines = re.sub(r" \[[^]]*\]", "", engines)
-    for sets, words in (
-        (
-            4,
-            "our parameters {} % come with the parameters, {} % with the engine and {} % with both",
-        ),
-        (2, "`ps_opt-equal` and `label` alone {}, {} and {} %"),
-    ):
+        assert of_method(lists, name, "accuracy %").split()[0] == found[spec], spec
+    assert (
+        of_method(page("evaluation_stands"), "Cascade @ mujoco (question=stands)", "accuracy %")
+        .split()[0] == found["cascade@mujoco:question=stands"]
+    )  # fmt: skip
+    for spec in ("ps_opt@rapier", "ps_opt@rapier:question=stands"):
+        assert f"{found[f'{spec}, 25 to 61 boxes']} [" in real, spec
+    for sets in (4, 2):
         shares = found[f"parameters, engine, both; {sets} sets"].split(", ")
-        assert words.format(*shares) in engines
+        assert all(f"{share} [" in engines for share in shares), sets
 
 
 def test_of_two_failing_steps_the_label_names_that_of_the_cascade():
