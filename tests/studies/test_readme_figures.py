@@ -92,7 +92,8 @@ def test_every_figure_of_an_answer_is_on_a_page_that_it_links(question):
     answer, cases = answers()[question]
     pages = re.findall(r"\]\(((?:reports/published/\w+/report|docs/\w+)\.md)", answer)
     assert pages
-    text = "".join((ROOT / page).read_text() for page in pages)
+    details = [f for page in pages for f in (ROOT / page).parent.glob("report-details.*.md")]
+    text = "".join(path.read_text() for path in (*(ROOT / page for page in pages), *details))
     known = set(re.findall(NUMBER, re.sub(r"(\d) to ", r"\1, ", text)))
     figures = re.findall(
         NUMBER, re.sub(r"`[^`]*`|\[[^]]*\]\([^)]*\)|Zen \d", "", f"{answer} {cases}")
