@@ -10,7 +10,7 @@ FOLDERS = sorted(page.parent.name for page in PAGES.glob("*/report.md"))
 NOT_YET = {
     "benchmark", "closed_forms", "convergence", "convergence_stands", "determinism",
     "evaluation", "evaluation_real", "evaluation_stands", "extremes", "families",
-    "learned", "properties", "repair", "replication", "scale", "scope",
+    "properties", "repair", "replication", "scale", "scope",
     "sensitivity", "session", "speed", "transport", "tuning", "uncertain", "uncertain_stands",
 }  # fmt: skip
 
