@@ -8,10 +8,9 @@ import pytest
 PAGES = Path(__file__).parents[2] / "reports" / "published"
 FOLDERS = sorted(page.parent.name for page in PAGES.glob("*/report.md"))
 NOT_YET = {
-    "closed_forms", "convergence", "convergence_stands", "determinism",
-    "evaluation", "evaluation_real", "evaluation_stands", "extremes", 
-    "properties", "repair", "replication", "scale", "scope",
-    "sensitivity", "session", "speed", "transport", "tuning", "uncertain", "uncertain_stands",
+    "evaluation", "evaluation_real", "evaluation_stands", "extremes", "repair", "replication",
+    "scale", "scope", "sensitivity", "session", "speed", "transport", "tuning", "uncertain",
+    "uncertain_stands",
 }  # fmt: skip
 
 NUMBER = re.compile(r"(?<![\w.])\d+(?:,\d{3})*(?:\.\d+)?")
