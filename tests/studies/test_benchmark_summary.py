@@ -158,10 +158,10 @@ def test_the_page_shows_what_was_found(found, assert_shown):
         replace(found, notes=notes),
         answer=[found.layouts, found.instances, found.cases],
         tables=tables(found),
-        charts=["item_counts", "scores", "judges"],
+        charts=["robust", "item_counts", "scores", "judges"],
     )
     assert notes in text
-    assert f"{percent(firm.robust)} to {percent(firm.robust)} %, by scenario, are robust" in text
+    assert f"at least {percent(firm.robust)} % of the labels of every scenario are robust" in text
 
 
 def test_an_imported_set_has_a_page(tmp_path, assert_shown):

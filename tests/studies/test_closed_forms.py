@@ -223,7 +223,7 @@ def test_errors_are_compared_with_what_engines_resolve(tmp_path, assert_shown):
         found,
         answer=["3 of 5", "3 of 4"],
         tables=[found.overview, *(own.runs for own in found.series)],
-        charts=["closed-forms", "sink-under-a-heavy-load"],
+        charts=["right", "closed-forms", "sink-under-a-heavy-load"],
     )
 
 

@@ -37,21 +37,19 @@ ASKED_BOTH = made_up(("ps_opt",), (0.25, 0.61, 0.14), BOTH)
 
 
 @pytest.mark.parametrize(
-    ("tables", "leading", "depends"),
+    ("tables", "depends"),
     [
-        ([FOUR, TWO, ASKED_BOTH], [FOUR, TWO], True),
-        ([FOUR], [FOUR], False),
-        ([TWO, LIKE_TWO], [TWO, LIKE_TWO], False),
-        ([ASKED_BOTH, ASKED_BOTH], [ASKED_BOTH], False),
-        ([made_up(("label",), (0.1, 0.6, 0.3), answer=STABLE), TWO], [TWO], False),
+        ([FOUR, TWO, ASKED_BOTH], True),
+        ([FOUR], False),
+        ([TWO, LIKE_TWO], False),
+        ([TWO, ASKED_BOTH], False),
+        ([made_up(("label",), (0.1, 0.6, 0.3), answer=STABLE), TWO], False),
     ],
 )
-def test_designs_of_one_question_lead(tables, leading, depends):
-    page = Found({}, tables=tables)
-    assert page.leading == leading
-    assert page.depends is depends
-    assert [share.factors for share in TWO.single] == [("engine",), ("parameters",)]
-    assert [share.factors for share in FOUR.single] == [("parameters",), ("engine",)]
+def test_the_largest_source_depends_on_the_parameter_sets_of_one_question(tables, depends):
+    assert Found({}, tables=tables).depends is depends
+    assert TWO.largest.factors == ("engine",)
+    assert FOUR.largest.factors == ("parameters",)
 
 
 def test_the_page_shows_every_part(assert_shown):
@@ -88,18 +86,10 @@ def test_the_page_shows_every_part(assert_shown):
     )  # fmt: skip
     assert [cost.own for cost in everything.costs] == [pytest.approx(110.0), None]
     assert [cost.share for cost in everything.costs] == pytest.approx([50.0, 60.0])
-    whole = [share.whole for table in (FOUR, TWO) for share in table.shares]
     assert_shown(
         EngineStudy(),
         everything,
-        answer=[
-            *map(percent, whole),
-            percent(FOUR.differing),
-            percent(about(0.7)),
-            percent(about(0.9)),
-            240,
-            50,
-        ],
+        answer=["70.0", "90.0", 50, percent(about(0.05))],
         tables=[
             *(table.shares for table in everything.tables),
             everything.equal.engines,
@@ -113,7 +103,7 @@ def test_the_page_shows_every_part(assert_shown):
                 everything.rates,
             ),
         ],
-        charts=["sources", "convergence", "growth"],
+        charts=["agreement", "sources", "convergence", "growth"],
     )
 
 

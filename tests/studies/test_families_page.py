@@ -138,12 +138,13 @@ def test_the_page_shows_what_was_found(result, assert_shown):
     text = assert_shown(
         asked,
         told,
-        answer=[found.whole.n, plain_percent(found.simulations[0].difference.value)],
+        answer=[found.whole.n, percent(found.together[0].right)],
         tables=[
             found.together, found.by_family, found.gains, found.gains, *found.each.values(),
             found.families,
         ],
+        charts=["right"],
         drawn=False,
     )  # fmt: skip
-    assert percent(found.refusing[0].refused) in text
+    assert plain_percent(found.refusing[0].refused.value) in text
     assert "ps_opt@none" in text

@@ -119,7 +119,9 @@ def test_a_page_shows_its_records(tmp_path):
     page = study.page(FOUND)
     whole = write_page(page, tmp_path).read_text()
     whole += next(tmp_path.glob("report-details.*.md")).read_text()
-    assert len(page.sections) == len(list((tmp_path / "figures").iterdir())) + 5 == 10
+    assert len(page.sections) == 5
+    assert len(page.details) == 7
+    assert len(list((tmp_path / "figures").iterdir())) == len(page.drawn) == 5
     for said in (
         "LSTM_e is right on 85.0 [83.0, 87.0] % of 900 cases",
         "S1 98.0 % and 98.7 % (lower, but the interval contains it);",
@@ -147,6 +149,7 @@ def test_a_page_shows_its_records(tmp_path):
         assert said in whole, said
     # What was not run is not on the page.
     few = study.page(Found(None, "validation", 900, 15, GROUPS[1:]))
-    assert [section.title for section in few.sections] == ["How to read this page"]
+    assert [section.title for section in few.details] == ["How to read this page"]
+    assert not few.sections
     assert "accuracies on it are too high" in few.summary
     assert "No training" not in few.summary

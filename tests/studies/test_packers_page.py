@@ -191,9 +191,8 @@ def test_plans_are_counted_by_size_and_customers_pallets_apart(tmp_path):
         ("62 to 100", ALL_PACKERS, 0.5, 2), ("62 to 100", "Packvium", 1.0, 1),
         ("62 to 100", "py3dbp", 0.0, 1),
     ]  # fmt: skip
-    assert [(size, [row.packer for row in rows]) for size, rows in found.by_origin] == [
-        ("25 to 61", [ALL_PACKERS, "palletising software"]), ("62 to 100", [ALL_PACKERS]),
-    ]  # fmt: skip
+    assert [row.packer for row in found.of_packers] == ["py3dbp", "Packvium"]
+    assert [row.packer for row in found.of_customers] == ["palletising software"]
 
 
 def test_packers_are_compared_on_lists_of_which_both_have_a_plan(found):
@@ -219,6 +218,10 @@ def test_causes_of_failures(found):
     assert py3dbp.own.value == pytest.approx(2 / 3)  # of B box 1 moves, and box 2 was placed
     assert one(found.causes, "PackingSolver").causes[Cause.OUT].value == 1.0
     assert found.all_causes.plans == 4
+    of_all = found.all_causes.causes
+    assert found.all_causes.commonest == sorted(
+        (cause for cause in Cause if of_all[cause].value), key=lambda c: -of_all[c].value
+    )
     [failed] = (row for row in found.failed_by if row.packer == "py3dbp")
     assert (failed.shares, failed.plans) == (pytest.approx([1 / 3, 2 / 3, 2 / 3]), 3)
 
@@ -276,16 +279,15 @@ def test_plans_without_a_label_are_counted_apart(found):
 
 
 def test_the_page_shows_what_was_found(found, assert_shown):
-    stands = [percent(row.stands) for row in found.packers if row.stands.n]
     assert_shown(
         Packers(),
         found,
-        answer=[*stands, found.all_causes.plans],
+        answer=[percent(found.of_packers[0].stands), "100.0"],
         tables=[
             *(found.packers, found.sizes, found.scenarios, found.kinds, found.pairs),
             *([*found.causes, found.all_causes], found.coverage, found.coverage),
         ],
-        charts=["failed_by", "worst_0", "worst_1"],
+        charts=["stands", "failed_by", "worst_0", "worst_1"],
     )
     assert found.spared == ["Packvium", "Packvium (75 % supported)", "palletising software"]
     assert found.made_with["packers"] == "py3dbp 1.1.2"
@@ -298,7 +300,7 @@ def test_a_set_whose_plans_all_stand_has_a_page(tmp_path, assert_shown):
     assert math.isnan(found.all_causes.own.value)
     shown = [found.packers, found.sizes, found.scenarios, found.kinds]
     shown += [found.coverage, found.coverage]
-    assert_shown(Packers(), found, tables=shown, charts=["failed_by"], drawn=False)
+    assert_shown(Packers(), found, tables=shown, charts=["stands", "failed_by"], drawn=False)
 
 
 @pytest.mark.parametrize("with_stands", [True, False])

@@ -22,6 +22,7 @@ from steadyload.measured.flight import flight_frames
 from steadyload.measured.motion_files import write_motion
 from steadyload.measured.simulating import simulated
 from steadyload.methods.registry import make_method
+from steadyload.reports.table import percent
 from steadyload.runs.definition import StudyError
 from steadyload.runs.kept_only import kept_only
 from steadyload.statistics.estimate import Estimate
@@ -583,7 +584,7 @@ def test_the_page_shows_what_was_found(all_measured, tmp_path, assert_shown):
     assert found.released.face.value == pytest.approx(right)
     assert found.released.off_cm.value > found.landed.off_cm.value > found.best.off_cm.value
     study = Reality()
-    answer = [6, f"{100 * found.best.face.value:.1f}", f"{found.best.off_cm.value:.1f}"]
+    answer = [percent(one.face) for one in found.fitted]
     assert_shown(study, found, answer=answer, tables=tables(found), charts=CHARTS)
     study.beside(found, tmp_path)
     lines = list(csv.DictReader(io.StringIO((tmp_path / FILE).read_text())))

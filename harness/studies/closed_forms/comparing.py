@@ -34,6 +34,11 @@ class Score(NamedTuple):
     right: int
     of: int
 
+    @property
+    def share(self) -> float:
+        """Of the tests, those that it meets."""
+        return self.right / self.of
+
 
 @row
 class Errors:

@@ -116,11 +116,6 @@ class Found:
     made_with: Mapping[str, str]
 
     @property
-    def differing(self) -> list[Again]:
-        """The methods of which a verdict differs."""
-        return [own for own in self.methods if own.differ]
-
-    @property
     def number(self) -> int:
         """Verdicts that differ."""
         return sum(own.differ for own in self.methods)

@@ -89,6 +89,11 @@ class Agreement:
             for frequency, same in pair.same.items()
         ]
 
+    @property
+    def matrix(self) -> list[Mapping[str, Any]]:
+        """Those at the highest frequency."""
+        return [point for point in self.points if point["frequency"] == self.finest]
+
 
 @row
 class OptionEffect:

@@ -36,9 +36,9 @@ class EqualSearches:
     item_lists: int
 
     @property
-    def ordered(self) -> list[EquallySearched]:
-        """The most accurate engine first."""
-        return sorted(self.engines, key=lambda own: -own.accuracy.value)
+    def worse(self) -> list[EquallySearched]:
+        """Engines that are significantly less accurate than the best one."""
+        return [own for own in self.engines if own.behind and own.behind.low > 0.0]
 
 
 def equal_searches(found: Evaluation) -> EqualSearches:

@@ -57,12 +57,7 @@ class Found:
         return [share for table in self.sources for share in table.shares]
 
     @property
-    def leading(self) -> list[SourceTable]:
-        """The first two of designs that ask one question; else the first."""
-        alone = [table for table in self.sources if len(table.design.questions) == 1]
-        return alone[:2] or self.sources[:1]
-
-    @property
     def depends(self) -> bool:
-        """Whether the largest source depends on the parameter sets."""
-        return len({table.single[0].factors for table in self.leading}) > 1
+        """Whether the largest source depends on the parameter sets, for one question."""
+        alone = [table for table in self.sources if len(table.design.questions) == 1]
+        return len({table.largest.factors for table in alone[:2]}) > 1

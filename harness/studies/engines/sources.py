@@ -121,15 +121,10 @@ class SourceTable:
     shares: Sequence[Source]
 
     @property
-    def single(self) -> list[Source]:
-        """Shares of single factors, the largest first."""
+    def largest(self) -> Source:
+        """The largest share of a single factor."""
         single = [share for share in self.shares if len(share.factors) == 1]
-        return sorted(single, key=lambda share: -share.whole.value)
-
-    @property
-    def combined(self) -> list[Source]:
-        """Shares of several factors together."""
-        return [share for share in self.shares if len(share.factors) > 1]
+        return max(single, key=lambda share: share.whole.value)
 
 
 def sources_of_differences(evaluated: Mapping[str, Evaluation]) -> list[SourceTable]:

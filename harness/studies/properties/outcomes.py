@@ -191,6 +191,15 @@ class Found:
         return [row for row in self.rows if row.smallest is not None or row.why]
 
     @property
+    def shares(self) -> list[Mapping[str, str | Estimate]]:
+        """Shares of the cases that violate them, of those of which some case drawn does."""
+        return [
+            {"title": f"{one.property}, {one.method.title}", "share": one.share}
+            for one in self.failing
+            if one.share is not None
+        ]
+
+    @property
     def violations(self) -> list[PropertyRow]:
         """Violations that are not declared as findings."""
         return [row for row in self.rows if row.standing is Standing.VIOLATED]
@@ -198,16 +207,7 @@ class Found:
     @property
     def violated(self) -> Mapping[str, list[str]]:
         """Titles of the methods that violate a property, by the property."""
-        return self._against(Standing.VIOLATED)
-
-    @property
-    def findings(self) -> Mapping[str, list[str]]:
-        """The same of declared findings."""
-        return self._against(Standing.FINDING)
-
-    def _against(self, standing: Standing) -> dict[str, list[str]]:
         found: dict[str, list[str]] = {}
-        for one in self.rows:
-            if one.standing is standing:
-                found.setdefault(one.property, []).append(one.method.title)
+        for one in self.violations:
+            found.setdefault(one.property, []).append(one.method.title)
         return found
