@@ -63,8 +63,9 @@ class _Place(str):
 def composed(template: Path, values: Mapping[str, Any], made_with: Mapping[str, str]) -> Page:
     """The page of a template.
 
-    The text before the first section is the title and the summary, where tables are whole and no
-    chart stands. Lines of a paragraph are joined, but for those of a value that is given through
+    The text before the first section is the title and the summary, where tables are whole and one
+    chart may stand. Sections below a line ``# Details`` are those of the file of details. Lines of
+    a paragraph are joined, but for those of a value that is given through
     ``verbatim``.
     In a template stand, each where its block is to be, and with the caption as the body of its
     ``call`` block:
@@ -81,7 +82,8 @@ def composed(template: Path, values: Mapping[str, Any], made_with: Mapping[str, 
         made_with: provenance of the page.
 
     Raises:
-        TemplateError: it is no valid Jinja2, or names what is not there.
+        TemplateError: it is no valid Jinja2, names what is not there, or has a second chart in its
+            summary.
         ChartError: see the kinds of charts.
         TableError: see :func:`steadyload.reports.columns.table`.
     """
@@ -93,11 +95,23 @@ def composed(template: Path, values: Mapping[str, Any], made_with: Mapping[str, 
     except UserError as error:
         error.add_note(f"({_place(template, error)})")
         raise
-    head, *parts = re.split(r"^## ", text, flags=re.M)
+    text, *details = re.split(r"^# Details$", text, maxsplit=1, flags=re.M)
+    (head, *sections), (_, *detailed) = (
+        re.split(r"^## ", part, flags=re.M) for part in (text, *(details or [""]))
+    )
     title, _, summary = head.strip().partition("\n")
-    sections = [_section(part, blocks) for part in parts]
-    summary = _BLOCK.sub(lambda at: str(blocks[int(at[1])]), _flowing(summary))
-    return Page(title.removeprefix("# "), summary, sections, made_with)
+    first = _section(f"\n{summary}", blocks).blocks
+    figures = [block for block in first if isinstance(block, Picture)]
+    if figures[1:]:
+        raise TemplateError(f"{template}: {len(figures)} charts in the summary; allowed: one")
+    return Page(
+        title.removeprefix("# "),
+        "\n\n".join(str(block) for block in first if not isinstance(block, Picture)),
+        [_section(part, blocks) for part in sections],
+        made_with,
+        figures[0] if figures else None,
+        [_section(part, blocks) for part in detailed],
+    )
 
 
 def _place(template: Path, error: Exception) -> str:

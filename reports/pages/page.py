@@ -69,9 +69,27 @@ class Section:
 
 @dataclass(frozen=True, slots=True)
 class Page:
-    """A page: its title, a summary, sections, and its provenance."""
+    """A page: its title, a summary, sections, and its provenance.
+
+    ``figure`` stands behind the first paragraph of the summary; ``details`` are sections that the
+    Markdown page links, and the HTML page shows last.
+    """
 
     title: str
     summary: str
     sections: Sequence[Section]
     manifest: Mapping[str, str]
+    figure: Picture | None = None
+    details: Sequence[Section] = ()
+
+    @property
+    def drawn(self) -> list[Picture]:
+        """All pictures."""
+        placed = [p for section in (*self.sections, *self.details) for p in section.drawn]
+        return ([self.figure] if self.figure else []) + placed
+
+    @property
+    def parts_of_summary(self) -> tuple[str, str]:
+        """The first paragraph of the summary, which is the answer, and the others."""
+        first, _, rest = self.summary.partition("\n\n")
+        return first, rest

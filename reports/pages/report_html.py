@@ -39,14 +39,15 @@ def report_html(page: Page, images: Mapping[str, tuple[str, bytes]]) -> str:
     Raises:
         ThreeJsError: see :func:`steadyload.reports.viewer.three_js.three_js`.
     """
-    charts = {p.name: p.interactive for s in page.sections for p in s.drawn if p.interactive}
+    charts = {p.name: p.interactive for p in page.drawn if p.interactive}
     players = {name: chart.players for name, chart in charts.items() if chart.players}
-    first, _, rest = page.summary.partition("\n\n")
+    answer, method = page.parts_of_summary
     return rendered(
         "report/report.html.j2",
         page=page,
-        answer=_html(first),
-        explained=_html(rest),
+        sections=[*page.sections, *page.details],
+        answer=_html(answer),
+        method=_html(method),
         html=_html,
         source=lambda picture: _source(*images[picture.name]),
         plain=_plain,

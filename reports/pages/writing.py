@@ -22,7 +22,7 @@ from steadyload.atomic import (
 from steadyload.reading import MAX_STORED_BYTES, content_of
 from steadyload.reports.charts.drawing import image
 from steadyload.reports.html import template_text
-from steadyload.reports.pages.page import Page
+from steadyload.reports.pages.page import Block, Page, Picture
 from steadyload.reports.pages.report_html import report_html
 from steadyload.reports.table import Table
 
@@ -30,8 +30,8 @@ FIGURES = "figures"
 """Folder of the pictures, beside the page."""
 
 DETAILS = "{}-details.{}.md"
-"""File beside a page, by the page's name and a checksum, of the tables that it shows the first
-columns of."""
+"""File beside a page, by the page's name and a checksum, of its further sections and of the tables
+that it shows the first columns of."""
 
 _SUM = rf"[0-9a-f]{{{CHECKSUM_DIGITS}}}"
 
@@ -40,7 +40,8 @@ def write_page(page: Page, directory: Path, *, name: str = "report.md") -> Path:
     """Write a page and its pictures into ``directory``; returns the path of the Markdown file.
 
     Beside it, with the ending ``.html``, stands the same page as one file that needs nothing else;
-    and a file of :data:`DETAILS` with the whole of those tables that are too wide for Markdown.
+    and a file of :data:`DETAILS` with its further sections and the whole of those tables that are
+    too wide for Markdown.
     The same page gives the same bytes. Pictures go to ``figures/`` beside the page.
 
     Names of pictures and details have a checksum of their content, so that those of the page before
@@ -54,7 +55,7 @@ def write_page(page: Page, directory: Path, *, name: str = "report.md") -> Path:
         OSError: a file cannot be written.
     """
     directory.mkdir(parents=True, exist_ok=True)
-    images = {p.name: image(p.figure) for section in page.sections for p in section.drawn}
+    images = {p.name: image(p.figure) for p in page.drawn}
     files = {
         picture: f"{FIGURES}/{picture}.{checksum(drawn)}{ending}"
         for picture, (ending, drawn) in images.items()
@@ -134,18 +135,21 @@ def _texts(page: Page, name: str, pictures: Mapping[str, str]) -> list[tuple[str
     def number(table: Table) -> int:
         return cut.index(id(table)) + 1
 
-    def brief(table: Table | str) -> str:
-        if isinstance(table, str):
-            return table
-        return table.brief(f"{details}#table-{number(table)}" if table.is_cut else "")
+    def drawn(picture: Picture) -> str:
+        return f"![{picture.caption}]({pictures[picture.name]})\n\n*{picture.caption}*"
+
+    def brief(block: Block) -> str:
+        if isinstance(block, Table):
+            return block.brief(f"{details}#table-{number(block)}" if block.is_cut else "")
+        return block if isinstance(block, str) else drawn(block)
 
     def written(template: str) -> str:
         return environment.from_string(template_text(template)).render(
-            page=page, name=name, files=pictures, brief=brief, number=number
+            page=page, name=name, details=details, drawn=drawn, brief=brief, number=number
         )
 
     made = []
-    if cut:
+    if cut or page.details:
         text = written("details.md.j2")
         details = DETAILS.format(Path(name).stem, checksum(text.encode()))
         made = [(details, text)]
@@ -153,11 +157,12 @@ def _texts(page: Page, name: str, pictures: Mapping[str, str]) -> list[tuple[str
 
 
 def _shown(path: Path) -> set[str]:
-    """The files that the page before shows and whose names this module makes."""
+    """The files that a page and its details show and whose names this module makes."""
     if path.is_symlink() or not path.is_file():
         return set()
     text = content_of(path, MAX_STORED_BYTES).decode(errors="replace")
     picture = rf"{FIGURES}/[^/)]+\.{_SUM}\.(?:svg|png)"
-    details = rf"{re.escape(path.stem)}-details\.{_SUM}\.md(?=#table-1\))"
-    found = rf"^!?\[.*\]\(({picture}|{details})[^)]*\)$"
-    return set(re.findall(found, text, re.MULTILINE))
+    details = rf"{re.escape(path.stem)}-details\.{_SUM}\.md"
+    line = rf"^!?\[.*\]\(({picture}|{details})[^)]*\)$"
+    found = set(re.findall(line, text, re.MULTILINE))
+    return found.union(*(_shown(path.with_name(name)) for name in found if name.endswith(".md")))

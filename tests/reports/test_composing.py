@@ -100,6 +100,22 @@ def test_a_table_of_the_summary_stands_in_its_text(made):
     )
 
 
+def test_the_chart_of_the_summary_is_the_figure_of_the_page(made):
+    chart = "{% call figure('f', drawing) %}So.{% endcall %}\n"
+    page = made(f"# T\nThe\nanswer.\n\n{chart}\nMethod.\n## One\nText.\n", drawing=Figure())
+    assert page.parts_of_summary == ("The answer.", "Method.")
+    assert (page.figure.name, page.figure.caption) == ("f", "So.")
+    with pytest.raises(TemplateError, match="2 charts in the summary; allowed: one"):
+        made(f"# T\nS.\n{chart}{chart}", drawing=Figure())
+
+
+def test_sections_below_the_line_of_details_are_those_of_the_details(made):
+    page = made("# T\nS.\n## One\nText.\n# Details\n## Two\n{{ table(rows) }}\n", rows=METHODS)
+    assert [section.title for section in page.sections] == ["One"]
+    (two,) = page.details
+    assert (two.title, [type(block) for block in two.blocks]) == ("Two", [Table])
+
+
 def test_a_kind_of_chart_is_drawn_where_it_stands_with_its_caption(made):
     page = made(
         "# T\nS.\n## One\n{% call curves('c', rows, 'length', 'right', title='name') %}"

@@ -253,6 +253,30 @@ def test_a_wide_table_stands_in_whole_in_the_file_of_details(tmp_path):
     assert "number 7" in (tmp_path / "report.html").read_text()
 
 
+def test_further_sections_stand_in_the_file_of_details_and_last_in_the_html_page(tmp_path):
+    first, more = (page(name) for name in ("first", "more"))
+    (further,) = more.sections
+    whole = Section("Further", tables=[WIDE], pictures=further.pictures)
+    (picture,) = first.sections[0].pictures
+    path = write_page(
+        Page("Title", "So.\n\nSince.", [Section("One", "Text.")], {}, picture, [whole]), tmp_path
+    )
+    [beside] = tmp_path.glob("report-details.*.md")
+    text, details = path.read_text(), beside.read_text()
+    said = "# Title\n\nSo.\n\n![Shows first (once).](figures/first.*.svg)\n\n"
+    said += "*Shows first (once).*\n\nSince.\n\n## One\n\nText.\n\n## Details\n\n"
+    assert SUM.sub(".*", text).startswith(f"{said}[Further](report-details.*.md)\n")
+    assert "## Further\n" in details
+    assert str(WIDE) in details
+    assert "![Shows more (once).](figures/more." in details
+    assert is_whole(tmp_path)
+    html = (tmp_path / "report.html").read_text()
+    assert html.index("So.") < html.index("Shows first") < html.index("Since.")
+    assert html.index("<h2>One") < html.index("<h2>Further") < html.index("Shows more")
+    write_page(page("b"), tmp_path)
+    assert files(tmp_path) == {*PAGES, "figures/b.svg"}
+
+
 def test_a_notable_column_is_shown_unless_it_is_empty():
     def brief(said):
         columns = [*WIDE.columns[:7], Column("no verdict", lambda row: said, notable=True)]

@@ -30,13 +30,15 @@ def assert_shown(tmp_path, assert_drawn):
 
     def check(study, found, *, answer=(), tables=(), charts=(), drawn=True):
         page = study.page(found)
-        first = page.summary.partition("\n\n")[0]
+        first, _ = page.parts_of_summary
         assert page.title
         assert first
         for number in map(str, answer):
             assert re.search(rf"(?<![\d.]){re.escape(number)}(?!\.?\d)", first), (number, first)
-        assert not [section.title for section in page.sections if not section.blocks]
-        blocks = [block for section in page.sections for block in section.blocks]
+        sections = [*page.sections, *page.details]
+        assert not [section.title for section in sections if not section.blocks]
+        blocks = [page.figure] if page.figure else []
+        blocks += [block for section in sections for block in section.blocks]
         shown = [list(block.rows) for block in blocks if isinstance(block, Table)]
         expected = [list(rows) for rows in tables if rows]
         assert not [rows for rows in expected if rows not in shown]
