@@ -10,7 +10,7 @@ FOLDERS = sorted(page.parent.name for page in PAGES.glob("*/report.md"))
 NOT_YET = {
     "benchmark", "cascade", "closed_forms", "convergence", "convergence_stands", "determinism",
     "engines", "evaluation", "evaluation_real", "evaluation_stands", "extremes", "families",
-    "learned", "packers", "properties", "reality", "repair", "replication", "scale", "scope",
+    "learned", "packers", "properties", "reality", "replication", "scale", "scope",
     "sensitivity", "session", "speed", "transport", "tuning", "uncertain", "uncertain_stands",
 }  # fmt: skip
 
