@@ -11,7 +11,7 @@ NOT_YET = {
     "benchmark", "cascade", "closed_forms", "convergence", "convergence_stands", "determinism",
     "engines", "evaluation", "evaluation_real", "evaluation_stands", "extremes", "families",
     "learned", "packers", "properties", "reality", "replication",
-    "sensitivity",
+   
 }  # fmt: skip
 
 NUMBER = re.compile(r"(?<![\w.])\d+(?:,\d{3})*(?:\.\d+)?")
