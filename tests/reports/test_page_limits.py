@@ -9,7 +9,7 @@ PAGES = Path(__file__).parents[2] / "reports" / "published"
 FOLDERS = sorted(page.parent.name for page in PAGES.glob("*/report.md"))
 NOT_YET = {
     "benchmark", "cascade", "closed_forms", "convergence", "convergence_stands", "determinism",
-    "engines", "evaluation", "evaluation_real", "evaluation_stands", "extremes", "families",
+    "engines", "evaluation", "evaluation_real", "evaluation_stands", "families",
     "learned", "packers", "properties", "reality", "replication",
    
 }  # fmt: skip
