@@ -10,7 +10,7 @@ FOLDERS = sorted(page.parent.name for page in PAGES.glob("*/report.md"))
 NOT_YET = {
     "benchmark", "cascade", "closed_forms", "convergence", "convergence_stands", "determinism",
     "engines", "evaluation", "evaluation_real", "evaluation_stands", "families",
-    "learned", "packers", "properties", "reality", "replication",
+    "learned", "packers", "properties", "reality",
    
 }  # fmt: skip
 
