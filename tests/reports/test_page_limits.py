@@ -9,7 +9,7 @@ PAGES = Path(__file__).parents[2] / "reports" / "published"
 FOLDERS = sorted(page.parent.name for page in PAGES.glob("*/report.md"))
 NOT_YET = {
     "benchmark", "cascade", "closed_forms", "convergence", "convergence_stands", "determinism",
-    "engines", "evaluation", "evaluation_real", "evaluation_stands", "families",
+    "engines", "families",
     "learned", "packers", "properties", "reality",
    
 }  # fmt: skip
