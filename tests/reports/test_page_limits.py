@@ -9,9 +9,7 @@ PAGES = Path(__file__).parents[2] / "reports" / "published"
 FOLDERS = sorted(page.parent.name for page in PAGES.glob("*/report.md"))
 NOT_YET = {
     "benchmark", "cascade", "closed_forms", "convergence", "convergence_stands", "determinism",
-    "engines", "families",
-    "learned", "packers", "properties", "reality",
-   
+    "engines", "families", "learned", "packers", "properties", "reality",
 }  # fmt: skip
 
 NUMBER = re.compile(r"(?<![\w.])\d+(?:,\d{3})*(?:\.\d+)?")
