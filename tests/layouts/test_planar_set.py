@@ -107,7 +107,7 @@ def test_a_study_and_the_command_name_it_by_a_word(benchmark, tmp_path, capsys):
     assert labels.index.tolist() == list(zip(chosen["layout"], chosen["scenario"], strict=True))
     assert load_manifest(tmp_path / "run")["labels"]["set"] == "planar"
     assert main(["study", "report", str(tmp_path / "run")]) == 0
-    assert "Part `planar validation`" in (tmp_path / "run" / "report.md").read_text()
+    assert "of part `planar validation` of" in (tmp_path / "run" / "report.md").read_text()
     capsys.readouterr()
     assert main(["benchmark", "info", "planar", "--json"]) == 0
     assert json.loads(capsys.readouterr().out) == overview(benchmark)

@@ -267,8 +267,10 @@ def study(ran, tmp_path):
 
 
 def page_of(study):
+    """The page and its details."""
     found = compare(study / "run")
-    return write_page(RunReport(directory=study / "run").page(found), study / "page").read_text()
+    write_page(RunReport(directory=study / "run").page(found), study / "page")
+    return "".join(path.read_text() for path in (study / "page").glob("report*.md"))
 
 
 def test_a_manifest_says_how_many_cases_are_outside(ran):

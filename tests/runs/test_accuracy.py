@@ -367,10 +367,10 @@ def test_the_page_leads_with_accuracy_and_needs_no_labelled_set(run, study, labe
     headings = re.findall("^## (.*)", text, re.MULTILINE)
     assert headings[0] == "Accuracy and cost"
     assert "There are no reference labels" not in text
-    assert "*Accuracy*: the share of cases" in text
     assert "| Equilibrium (time=0.3) " in text
     [beside] = (tmp_path / "page").glob("report-details.*.md")
     details = beside.read_text()
+    assert "*Accuracy*: the share of cases" in details
     assert details.count("natural prevalence %") == 1 + 3
     assert list((tmp_path / "page" / "figures").glob("accuracy.*.svg"))
     lines = [line for line in text.splitlines() if line.startswith("| Equilibrium (time=0.3)")]

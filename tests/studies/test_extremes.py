@@ -399,7 +399,7 @@ def test_the_page_shows_what_was_found(found, assert_shown):
     assert_shown(
         Extremes(),
         found,
-        answer=[240, "100 (bullet)", "1,000,000 (bullet)"],
+        answer=[240, 100, "1,000,000"],
         tables=[found.from_here_on, found.at_rest, found.envelope, *sweeps_shown],
         charts=[*SWEEPS, "closed-forms", *errors],
         drawn=False,

@@ -44,6 +44,11 @@ def judged(cases):
     )  # fmt: skip
 
 
+def evaluated(cases):
+    accuracy = {spec: SimpleNamespace(accuracy=spec) for spec in SPECS}
+    return SimpleNamespace(judged=judged(cases), row=accuracy.get)
+
+
 def set_of(cases, robust=True):
     layouts = pd.DataFrame({"sources": [[source] for source, *_ in cases.values()]}, [*cases])
     index = judged(cases).said.index
@@ -55,21 +60,22 @@ def set_of(cases, robust=True):
 
 
 def test_falls_and_false_alarms_are_counted_by_origin():
-    first, second = falls_found(judged(CASES), set_of(CASES), "stands")
+    first, second = falls_found(evaluated(CASES), set_of(CASES), "stands")
     found = {name: (each.value, each.n) for name, each in first.found.items()}
     assert found == {CUSTOMERS: (1.0, 2), PACKERS: (0.0, 2), ROBUST: (0.5, 2)}
     assert first.alarms == {CUSTOMERS: "0 of 2", PACKERS: "1 of 1"}
+    assert (first.accuracy, second.accuracy) == SPECS
     found = {name: (each.value, each.n) for name, each in second.found.items()}
     assert found == {CUSTOMERS: (0.0, 2), PACKERS: (1.0, 2), ROBUST: (0.5, 2)}
     assert second.alarms == {CUSTOMERS: "1 of 2", PACKERS: "1 of 1"}
 
 
 def test_without_a_judge_of_robustness_there_are_no_robust_falls():
-    for row in falls_found(judged(CASES), set_of(CASES, robust=False), "stands"):
+    for row in falls_found(evaluated(CASES), set_of(CASES, robust=False), "stands"):
         assert set(row.found) == {CUSTOMERS, PACKERS}
 
 
 @pytest.mark.parametrize("names", ["efg", ""])
 def test_without_customers_pallets_there_is_nothing_to_count(names):
     cases = {name: CASES[name] for name in names or "e"}
-    assert falls_found(judged(cases), set_of(cases), "stands") == []
+    assert falls_found(evaluated(cases), set_of(cases), "stands") == []

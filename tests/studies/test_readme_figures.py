@@ -21,7 +21,11 @@ NUMBER = r"-?\d+(?:,\d{3})*(?:\.\d+)?"
 
 def page(name):
     """A published page, with the tables and sections of its file of details."""
-    return "".join(file.read_text() for file in sorted((PAGES / name).glob("report*.md")))
+    return "".join(
+        file.read_text()
+        for form in ("report.md", "report-details.*.md")
+        for file in (PAGES / name).glob(form)
+    )
 
 
 def tables(text):

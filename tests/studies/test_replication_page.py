@@ -211,13 +211,18 @@ def test_the_paper_is_quoted():
     assert {*PAPER.values()} == {row.title for row in paper().rows} - {"LSTM_1", "LSTM_e"}
 
 
+def details(page):
+    [beside] = page.parent.glob("report-details.*.md")
+    return beside.read_text()
+
+
 def test_the_page_answers(found, tmp_path):
-    text = write_page(Replication().page(Found(found)), tmp_path).read_text()
-    _, answer, data, *_ = text.split("\n\n")
-    assert answer.startswith(
-        "The paper's LSTM_e, trained here, is right on 66.7 % (30.0 to 90.3, n = 6)"
-    )
+    page = write_page(Replication().page(Found(found)), tmp_path)
+    text = page.read_text()
+    _, answer, _, _, data, *_ = text.split("\n\n")
+    assert answer.startswith("The paper's LSTM_e, trained here, is right on 66.7 [30.0, 90.3] %")
     assert "; the paper has 98.7 %." in answer
+    text += details(page)
     assert data.startswith("The test files are the same under every split, 6 a scenario")
     assert "Not all readings of PS_3 and PS_5 were judged" in text
     assert "under-trained" not in text
@@ -229,7 +234,8 @@ def test_the_page_of_a_quick_run_marks_it_and_compares_readings(found, tmp_path)
     methods = [replace(sme, title=title, paper=own.get(title, 0.0)) for title in METHODS]
     more = {"unlabelled": 1, "left_out": {"label@bullet": "none is *here*"}}
     every = replace(found, methods=methods, **more)
-    text = write_page(Replication(quick=True).page(Found(every)), tmp_path).read_text()
+    page = write_page(Replication(quick=True).page(Found(every)), tmp_path)
+    text = page.read_text() + details(page)
     assert text.split("##")[0].count("under-trained") == 1
     assert text.count("under-trained") == 3
     assert text.count("nearer to the literal reading") == 1

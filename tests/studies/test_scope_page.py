@@ -259,7 +259,7 @@ def test_the_page_shows_what_was_found(result, assert_shown):
     assert_shown(
         asked,
         dataclasses.replace(found, steps=steps),
-        answer=[*(compact(own.cpu_total.value) for own in cheapest), "100.0", steps.known.steps],
+        answer=[*(compact(own.cpu_total.value) for own in cheapest), "100.0"],
         tables=[*chain(*options), steps.first, steps.later, steps.exceptions],
         charts=["changed_verdicts"],
     )

@@ -7,7 +7,7 @@ from steadyload.layouts.packing.packing import ITEM_CLASSES, SPACE_RULES, make_i
 from steadyload.methods import make_method
 from steadyload.methods.contract import stopwatch
 from steadyload.methods.session.stable_packing import pack_stably
-from steadyload.reports.table import percent
+from steadyload.reports.table import percent, plain_percent
 from steadyload.studies.kit import Lab
 from steadyload.studies.session import placing
 from steadyload.studies.session.packing_gains import PACKED_BY, packing_gains
@@ -117,9 +117,9 @@ def test_the_page_shows_what_was_found(gains, curves, assert_shown):
     assert_shown(
         Session(),
         Found(curves, gains, {}),
-        answer=[percent(best.stable), percent(nobody.stable)],
+        answer=[percent(best.stable), plain_percent(nobody.stable.value)],
         tables=[curves, *(task.gains for task in gains)],
-        charts=["placements"],
+        charts=["placements", "stable"],
     )
 
 

@@ -16,7 +16,7 @@ from steadyload.layouts.benchmark.parts import LISTS
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.model.question import Question as LabelQuestion
 from steadyload.methods.registry import make_method
-from steadyload.reports.table import percent
+from steadyload.reports.table import percent, plain_percent
 from steadyload.runs.pool import IN_THIS_PROCESS
 from steadyload.runs.verdict_reliability import Sampling
 from steadyload.statics.load_margin import margin_as_planned
@@ -192,10 +192,8 @@ def test_numbers_follow_from_samples(benchmark, assert_shown):
     assert [each.inside for each in found.check.rows] == [True, False]
     spread = (0.25 / 64 + 0.1875 / 64) / 2
     assert found.check.gain.value == pytest.approx(spread / 0.001)
-    assert found.check.count_inside == 1
     assert found.check.farthest == pytest.approx(15.0)
     assert [own.changed.value for own in found.alone] == pytest.approx([0.75, 0.0])
-    assert found.strongest == found.alone[0]
     shares = {}
     for one, stands in ((whole, 1.0), (other, 0.75)):
         if (margin := margin_as_planned(benchmark.layout(one.layout, "S1"))) is None:
@@ -214,7 +212,7 @@ def test_numbers_follow_from_samples(benchmark, assert_shown):
     assert_shown(
         Uncertain(),
         found,
-        answer=[percent(row.changed), percent(row.unsure), row.plan.n],
+        answer=[percent(row.changed), plain_percent(row.unsure.value), row.plan.n],
         tables=[
             *([found.rows] * 3),
             *(found.alone, found.calibrated, found.abstaining, found.bins, found.check.rows),

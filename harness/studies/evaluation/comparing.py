@@ -42,18 +42,10 @@ from steadyload.runs.judged import JudgedCases, load_judged, manifest_lines
 from steadyload.runs.labels import load_labels
 from steadyload.runs.paper import Paper, paper
 from steadyload.runs.results import kept_layouts
-from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import share
 from steadyload.studies.evaluation.costing import growth_of
 from steadyload.studies.evaluation.crossed import Crossed, crossed
-from steadyload.studies.evaluation.delivered import (
-    CUSTOMERS,
-    DELIVERED,
-    PACKERS,
-    Origin,
-    failing_shares,
-    origins,
-)
+from steadyload.studies.evaluation.delivered import Origin, failing_shares, origins
 from steadyload.studies.evaluation.error_places import (
     SMALL_SIZES,
     class_bins,
@@ -62,7 +54,7 @@ from steadyload.studies.evaluation.error_places import (
 )
 from steadyload.studies.evaluation.falls import FallsFound, falls_found
 from steadyload.studies.evaluation.floors import FloorRow, floor_rows
-from steadyload.studies.evaluation.judged_set import NEAR, YARDSTICK, JudgedSet
+from steadyload.studies.evaluation.judged_set import YARDSTICK, JudgedSet
 from steadyload.studies.evaluation.judging import (
     Options,
     Ran,
@@ -72,7 +64,6 @@ from steadyload.studies.evaluation.judging import (
     without_verdict,
 )
 from steadyload.studies.evaluation.parts import (
-    CasePart,
     by_origin,
     by_size,
     failing_accuracy,
@@ -131,22 +122,12 @@ class Found:
     fails: Sequence[Failing]
     unlabelled: Mapping[str, int]
     made_with: Mapping[str, str]
-    near: float = NEAR
     screened_above: int = MOST_SMALL
 
     @property
     def own(self) -> JudgedSet:
         """The methods for the first question."""
         return self.sets[0]
-
-    @property
-    def spans(self) -> Sequence[tuple[str, Sequence[tuple[Question, CasePart]]]]:
-        """By size, what the page answers for each question."""
-        found: dict[str, list[tuple[Question, CasePart]]] = {}
-        for own in self.sets:
-            for part in own.spans:
-                found.setdefault(part.name, []).append((own.question, part))
-        return list(found.items())
 
     @property
     def screens(self) -> Sequence[str]:
@@ -158,27 +139,6 @@ class Found:
         """Methods that are shown, and are compared with no other."""
         judged = [own.evaluation.judged for own in self.sets]
         return list(dict.fromkeys(j.keys[s] for j in judged for s in j.keys if s in j.apart))
-
-    @property
-    def customers(self) -> Sequence[tuple[Origin, Origin, Origin]]:
-        """Customers' pallets, these as delivered, and plans of packers; empty if one is missing."""
-        found = {origin.title: origin for origin in self.origins}
-        own, delivered, packers = map(found.get, (CUSTOMERS, DELIVERED, PACKERS))
-        return [(own, delivered, packers)] if own and delivered and packers else []
-
-    @property
-    def mix(self) -> Sequence[tuple[MethodKey, Sequence[Estimate]]]:
-        """Accuracy by class of the best method, and of that on the front that it changes most."""
-        own = self.own
-        if not own.classes:
-            return []
-
-        def by_class(method: MethodEvaluation) -> list[Estimate]:
-            return [bin_.accuracy[method.method.spec] for bin_ in own.classes]
-
-        widest = max(own.front or [own.best], key=lambda m: np.ptp([e.value for e in by_class(m)]))
-        shown = {m.method: by_class(m) for m in (own.best, widest)}
-        return list(shown.items())
 
 
 def compare(lab: Lab, asked: Options, *, sizes: tuple[int, ...] = (), views: int = 0) -> Found:
@@ -246,7 +206,7 @@ def compare(lab: Lab, asked: Options, *, sizes: tuple[int, ...] = (), views: int
         falls=[
             each
             for own in sets
-            for each in falls_found(own.evaluation.judged, benchmark, own.question)
+            for each in falls_found(own.evaluation, benchmark, own.question)
         ],
         floors=floor_rows(lab, asked, benchmark),
         screened=screened_steps(benchmark.screening),
@@ -362,7 +322,7 @@ def _judged_set(
         failing=failing_accuracy(evaluation),
         stable=share(~fails, judged.clusters),
         growth={} if timed else {spec: growth_of(spec, judged, small) for spec in judged.keys},
-        spans=() if limit is None else by_size(judged, benchmark.layouts, limit),
+        spans=() if limit is None else by_size(judged, limit),
         origins=() if limit is None else by_origin(judged, benchmark.layouts, limit, of_origin),
     )
 

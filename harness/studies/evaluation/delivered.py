@@ -34,11 +34,6 @@ class Origin:
     item_lists: int = column("item lists")
     failing: Mapping[Question, Estimate] = column("fails {} %", percent)
 
-    @property
-    def standing(self) -> Mapping[Question, int]:
-        """Cases whose label is that they stand, by question; one without a label is missing."""
-        return {q: e.n - round(e.value * e.n) for q, e in self.failing.items() if e.n}
-
 
 CUSTOMERS, PACKERS = "customers' pallets", "plans of packers"
 DELIVERED = f"{CUSTOMERS}, as delivered (S1)"

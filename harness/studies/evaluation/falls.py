@@ -12,6 +12,7 @@ from steadyload.layouts.benchmark import Benchmark
 from steadyload.layouts.model.question import Question
 from steadyload.methods.naming import MethodKey
 from steadyload.reports.columns import column, percent, row
+from steadyload.runs.evaluation import Evaluation
 from steadyload.runs.judged import JudgedCases
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import share
@@ -25,26 +26,29 @@ ROBUST = "robust falls"
 class FallsFound:
     """How many of the loads that fall a method says to fail, at whichever step.
 
-    ``found``: by origin, and of robust labels alone; a load without a verdict is not found.
+    ``accuracy``: on all cases. ``found``: by origin, and of robust labels alone; a load without a
+    verdict is not found.
     ``alarms``: by origin, the loads that stand and are said to fail, and all that stand.
     """
 
     method: MethodKey = column(form=lambda key: key.title, left=True)
     question: Question = column()
+    accuracy: Estimate = column("accuracy %", percent)
     found: Mapping[str, Estimate] = column("found of {} %", percent)
     alarms: Mapping[str, str] = column("false alarms, {}")
 
 
 def falls_found(
-    judged: JudgedCases, benchmark: Benchmark, question: Question
+    evaluation: Evaluation, benchmark: Benchmark, question: Question
 ) -> Sequence[FallsFound]:
     """A row a method; empty where no customer's pallet is.
 
     Args:
-        judged: by all methods, with labels of the question.
+        evaluation: of all methods, with labels of the question.
         benchmark: the labelled set.
         question: of the labels.
     """
+    judged = evaluation.judged
     assert judged.labels is not None, "the study is on a labelled set"
     masks = origin_masks(judged, benchmark.layouts)
     if not masks:
@@ -67,7 +71,7 @@ def falls_found(
             name: f"{int((said & here & ~falls).sum())} of {int((here & ~falls).sum())}"
             for name, here in masks.items()
         }
-        found.append(FallsFound(key, question, shares, alarms))
+        found.append(FallsFound(key, question, evaluation.row(spec).accuracy, shares, alarms))
     return found
 
 

@@ -21,7 +21,6 @@ from steadyload.runs.evaluation import (
     ALL,
     Evaluation,
     MethodEvaluation,
-    cheapest_near,
 )
 from steadyload.runs.paper import Paper
 from steadyload.statistics.error_costs import cheapest_by_ratio
@@ -49,9 +48,6 @@ from steadyload.studies.evaluation.rows import (
     Timing,
 )
 from steadyload.studies.evaluation.watched import Watch
-
-NEAR = 0.01
-"""Largest difference to the best accuracy at which a method counts as nearly as accurate."""
 
 YARDSTICK = "ps3@mujoco"
 """The method to which cost ratios refer, where it was timed."""
@@ -114,11 +110,6 @@ class JudgedSet(OnLabelledCases):
         return self.evaluation.groups
 
     @property
-    def near_best(self) -> MethodEvaluation | None:
-        """The cheapest method that is nearly as accurate; None where nothing was timed."""
-        return cheapest_near(self.evaluation.comparable, NEAR)
-
-    @property
     def alike(self) -> Alike[MethodKey]:
         """Tests of methods that do not differ significantly from the best."""
         return self.tests[ALL].versus(self.best.method).alike
@@ -143,7 +134,7 @@ class JudgedSet(OnLabelledCases):
     def charted(self) -> Mapping[str, Sequence[Result]]:
         """The methods that a reader of the chart may choose from, by title of a group of cases."""
         titles = {group: "all scenarios" if group == ALL else group for group in self.groups}
-        parts = {part.name: part.rows for part in (*self.origins, *self.spans)}
+        parts = {part.name: part.results for part in (*self.origins, *self.spans)}
         return {title: self.rows[group] for group, title in titles.items()} | parts
 
     @property
@@ -187,6 +178,11 @@ class JudgedSet(OnLabelledCases):
                 more |= {
                     "classes": {f"{b.name} (n {b.cases})": b.accuracy[spec] for b in self.classes},
                     "sizes": {f"{b.name} (n {b.cases})": b.accuracy[spec] for b in self.sizes},
+                    "mean_cpu": {
+                        f"{b.name} (n {b.cases})": b.costs[spec].mean
+                        for b in self.sizes
+                        if spec in b.costs
+                    },
                     "scenarios": {name: by[name].accuracy for name in self.groups[1:]},
                     "cpu_by": {
                         name: by[name].cpu.value if by[name].cpu.n else None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -14,7 +15,6 @@ from numpy.typing import NDArray
 from steadyload.layouts.sizes import FEWER, SIZES, binned
 from steadyload.methods.naming import MethodKey
 from steadyload.reports.columns import column, milliseconds, percent, row, significant
-from steadyload.runs.comparison import Alike
 from steadyload.runs.costs import limited_costs
 from steadyload.runs.evaluation import Evaluation, LabelledPart, MethodEvaluation, evaluate
 from steadyload.runs.judged import JudgedCases
@@ -53,10 +53,19 @@ class SizeAccuracy:
     sizes: Mapping[str, Estimate] = column("{}", percent)
 
 
-class OnLabelledCases:
+NEAR = 0.01
+"""Largest difference to the best accuracy at which a method counts as nearly as accurate."""
+
+
+class OnLabelledCases(ABC):
     """Something with an evaluation on labelled cases."""
 
     evaluation: Evaluation
+
+    @property
+    @abstractmethod
+    def results(self) -> Sequence[Result]:
+        """A row a method, on all of the cases."""
 
     @property
     def about(self) -> LabelledPart:
@@ -69,6 +78,25 @@ class OnLabelledCases:
         """The most accurate of the methods that are compared."""
         return self.evaluation.best
 
+    def of(self, method: MethodKey) -> Result:
+        """The row of a method."""
+        return next(one for one in self.results if one.own.method == method)
+
+    @property
+    def leading(self) -> Result:
+        """The row of the most accurate method."""
+        return self.of(self.best.method)
+
+    @property
+    def near_best(self) -> Result | None:
+        """The cheapest method, by the median, that is nearly as accurate as the best."""
+        least = self.best.accuracy.value - NEAR
+        among = [self.of(one.method) for one in self.evaluation.comparable]
+        medians = [
+            (one.cost.median, one) for one in among if one.cost and one.own.accuracy.value >= least
+        ]
+        return min(medians, key=itemgetter(0))[1] if medians else None
+
 
 @dataclass(frozen=True)
 class CasePart(OnLabelledCases):
@@ -80,17 +108,15 @@ class CasePart(OnLabelledCases):
         stable: share of cases whose label is that they stand, on which the constant verdict
             *stable* is right.
         sizes: by number of boxes; empty for parts by size.
-        origins: of a part by size, its cases by origin; empty where no customer's pallet is.
     """
 
     name: str
     evaluation: Evaluation
     stable: Estimate
     sizes: Sequence[CaseBin] = ()
-    origins: Sequence[CasePart] = ()
 
     @cached_property
-    def rows(self) -> Sequence[Result]:
+    def results(self) -> Sequence[Result]:
         """One row per method."""
         failing = failing_accuracy(self.evaluation)
         return [
@@ -98,33 +124,6 @@ class CasePart(OnLabelledCases):
                    cost=cost_in(self.evaluation, one.method.spec))
             for one in self.evaluation.methods
         ]  # fmt: skip
-
-    def of(self, method: MethodKey) -> Result:
-        """The row of a method."""
-        return next(one for one in self.rows if one.own.method == method)
-
-    @property
-    def leading(self) -> Result:
-        """The row of the most accurate method."""
-        return self.of(self.best.method)
-
-    def near_best(self, near: float) -> Result | None:
-        """The cheapest method, by the median, that is nearly as accurate as the best.
-
-        Args:
-            near: largest difference of accuracies.
-        """
-        least = self.best.accuracy.value - near
-        among = [self.of(one.method) for one in self.evaluation.comparable]
-        medians = [
-            (one.cost.median, one) for one in among if one.cost and one.own.accuracy.value >= least
-        ]
-        return min(medians, key=itemgetter(0))[1] if medians else None
-
-    @cached_property
-    def alike(self) -> Alike[MethodKey]:
-        """Tests of methods that do not differ significantly from the best."""
-        return self.evaluation.versus(self.best.method.spec).alike
 
     @property
     def accuracies(self) -> Sequence[SizeAccuracy]:
@@ -149,30 +148,17 @@ def failing_accuracy(evaluation: Evaluation) -> Mapping[str, Estimate]:
     return {key.spec: own for part in parts for key, own in part.accuracy.items()}
 
 
-def by_size(judged: JudgedCases, layouts: pd.DataFrame, timeout: float) -> tuple[CasePart, ...]:
-    """The cases by the sizes that the page answers for, each also by origin.
+def by_size(judged: JudgedCases, timeout: float) -> tuple[CasePart, ...]:
+    """The cases by the sizes that the page answers for.
 
     Args:
         judged: by all methods, with labels of a question.
-        layouts: of the labelled set, with their sources.
         timeout: CPU time that a judgement may take [s].
     """
     assert judged.labels is not None, "the study is on a labelled set"
     place, names = binned(judged.labels["item_count"], (FEWER, *SIZES))
-    masks = origin_masks(judged, layouts)
     return tuple(
-        case_part(
-            judged.only(here),
-            name,
-            timeout,
-            origins=[
-                case_part(judged.only(here & own), origin, timeout)
-                for origin, own in masks.items()
-                if (here & own).any()
-            ],
-        )
-        for number, name in names.items()
-        for here in [place == number]
+        case_part(judged.only(place == number), name, timeout) for number, name in names.items()
     )
 
 
@@ -184,7 +170,8 @@ def by_origin(
 ) -> tuple[CasePart, ...]:
     """Customers' pallets and plans of packers; empty where no customer's pallet is.
 
-    Arguments as :func:`by_size`, and by origin the cases by number of boxes.
+    Arguments as :func:`by_size`, and the layouts of the labelled set, with their sources, and by
+    origin the cases by number of boxes.
     """
     return tuple(
         case_part(judged.only(here), name, timeout, sizes=sizes[name])
@@ -205,13 +192,12 @@ def case_part(
     timeout: float,
     *,
     sizes: Sequence[CaseBin] = (),
-    origins: Sequence[CasePart] = (),
 ) -> CasePart:
     """Some of the cases, evaluated by themselves."""
     assert judged.labels is not None, "the study is on a labelled set"
     evaluation = evaluate(judged, costs=limited_costs(judged.results, timeout), by_scenario=False)
     stable = share(judged.labels["failing_step"].isna(), judged.clusters)
-    return CasePart(name, evaluation, stable, sizes, origins)
+    return CasePart(name, evaluation, stable, sizes)
 
 
 def size_costs(

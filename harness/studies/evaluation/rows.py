@@ -11,6 +11,7 @@ from steadyload.reports.columns import (
     column,
     compact,
     factor,
+    milliseconds,
     percent,
     plain_percent,
     row,
@@ -60,6 +61,7 @@ class Result:
     Attributes:
         own: accuracy, errors and cost.
         share: CPU time over that of the yardstick on the same cases; 1 for itself.
+        mean_cpu: CPU time by number of boxes; empty where times are of a timing pass.
         cost_at: expected cost of errors, by the cost of an overestimation.
         alarms: false alarms on steps that do not balance, by margin.
         beside: accuracy in the paper and here, by group.
@@ -77,6 +79,7 @@ class Result:
     share: Estimate | str | None = column(form=_share)
     classes: Mapping[str, Estimate] = column("class {}", percent, default_factory=dict)
     sizes: Mapping[str, Estimate] = column("{}", percent, default_factory=dict)
+    mean_cpu: Mapping[str, Estimate] = column("{}", milliseconds, default_factory=dict)
     scenarios: Mapping[str, Estimate] = column("{} %", percent, default_factory=dict)
     cpu_by: Mapping[str, float | None] = column("{} CPU ms", significant, default_factory=dict)
     cost_at: Mapping[str, Estimate | None] = column("cost at {}", factor, default_factory=dict)

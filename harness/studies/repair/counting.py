@@ -142,19 +142,9 @@ class Found:
         return self._of(Way.KEEP)
 
     @property
-    def order(self) -> Shares:
-        """Likewise by another order of loading alone."""
-        return self._of(Way.ORDER)
-
-    @property
-    def one_pass(self) -> Shares:
-        """Likewise by one pass."""
-        return self._of(Way.ONCE)
-
-    @property
-    def again(self) -> Shares | None:
-        """Likewise packed again; None without the packer."""
-        return next((each for each in self.all if each.way is Way.AGAIN), None)
+    def by_reference(self) -> Independent | None:
+        """The answers of the reference; None where it has judged no repaired plan."""
+        return next((one for one in self.independent if one.judge == STIFF and one.plans), None)
 
     @property
     def all(self) -> Sequence[Shares]:
@@ -167,19 +157,9 @@ class Found:
         return [each for each in self.shares if each.packer != ALL]
 
     @property
-    def leave_by_packer(self) -> Sequence[Shares]:
-        """Likewise by the repair that may leave boxes out."""
-        return [each for each in self.by_packer if each.way is Way.LEAVE]
-
-    @property
     def seconds(self) -> float:
         """CPU time that an engine may take to judge a plan."""
         return SECONDS
-
-    @property
-    def leave_cost(self) -> Cost:
-        """Cost of the repair that may leave boxes out, plans of all sizes."""
-        return next(each for each in self.costs if (each.boxes_of, each.way) == (ALL, Way.LEAVE))
 
     @property
     def moving(self) -> Sequence[Until]:

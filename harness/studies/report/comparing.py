@@ -122,7 +122,6 @@ class Found:
     refused: int
     envelopes: Envelopes | None
     made_with: Mapping[str, str]
-    near: float = NEAR
 
     @property
     def cheapest(self) -> MethodEvaluation | None:

@@ -99,12 +99,6 @@ class Found:
         """Needs where one worker judges beside the command."""
         return next(one for one in self.by_workers if one.where == "processes")
 
-    @property
-    def throughput(self) -> Mapping[str, float]:
-        """How many times as many layouts a second two workers judge as one, by where they are."""
-        walls = {(one.where, one.workers): one.wall for one in self.by_workers}
-        return {where: walls[where, 1] / walls[where, 2] for where, n in walls if n == 2}
-
 
 def measured(row_counts: Sequence[int], layout_counts: Sequence[int], lab: Lab) -> Found:
     """Needs of generated studies, whose numbers of rows are rounded down to whole layouts."""

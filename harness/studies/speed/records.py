@@ -98,11 +98,6 @@ class Growth(_OfMethod):
     late: Estimate | None = column(f"from {LATE} items on", decimal)
     batch: Estimate | None = column("in a batch: exponent", decimal)
 
-    @property
-    def compared(self) -> Estimate | None:
-        """The exponent that is compared with the aim."""
-        return self.batch or self.exponent
-
 
 @row
 class Found:

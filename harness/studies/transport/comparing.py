@@ -188,12 +188,6 @@ class Found:
         return sorted(self.small, key=lambda one: one.method.engine is None)
 
     @property
-    def nearest(self) -> Distance | None:
-        """The engine that is nearest to the reference on small loads."""
-        engines = [one for one in self.small if one.method.engine]
-        return min(engines, key=lambda one: one.apart.value, default=None)
-
-    @property
     def beside_small(self) -> tuple[Distance, Distance] | None:
         """The equilibrium and the rule of thumb on small loads, where there are both."""
         return _both(self.small)

@@ -11,7 +11,6 @@ from steadyload.methods.tuned import TUNED
 from steadyload.reports.columns import (
     column,
     compact,
-    factor,
     general,
     names,
     percent,
@@ -26,14 +25,8 @@ from steadyload.studies.tuning.searching import Algorithm, Gene, Point, Searchin
 BUDGETS = (1.0, 3.0, 10.0, 30.0)
 """Budgets in the table of prices [ms a layout]."""
 
-EXCEEDED = {"ps3": "PS_3", "ps5": "PS_5"}
-"""Families that a tuned method is to exceed in accuracy."""
-
-DEAR, SHARE_OF_COST = "ps3", 0.2
-"""The family whose cost limits that of a tuned method, and the share of it that this may cost."""
-
-ACCURATE = 0.98
-"""Accuracy that a tuned method is to reach."""
+DEAR = "ps3"
+"""The family of which a page compares the cost with that of tuned methods."""
 
 START = "label"
 """The family of the genotype with which a search begins."""
@@ -130,34 +123,6 @@ class OnEngine:
     tuned: MethodEvaluation
     others: Sequence[MethodEvaluation]
 
-    def of(self, family: str) -> MethodEvaluation | None:
-        """The method of a family, the tuned one among them."""
-        rows = (self.tuned, *self.others)
-        return next((one for one in rows if one.method.family == family), None)
-
-    @property
-    def gain(self) -> Estimate | None:
-        """Accuracy that the search adds to its start."""
-        start = self.of(START)
-        return None if start is None else start.ahead
-
-    @property
-    def missed(self) -> list[str]:
-        """Targets that are not reached, with the measured values."""
-        found = []
-        for family, title in EXCEEDED.items():
-            other = self.of(family)
-            if other is not None and other.ahead is not None and other.ahead.low <= 0.0:
-                found.append(f"is {percent(other.ahead)} points more accurate than {title}")
-        dear = self.of(DEAR)
-        ratio = None if dear is None else dear.cost_ratio
-        if ratio is not None and ratio.value > SHARE_OF_COST:
-            found.append(f"takes {factor(ratio)} of PS_3's CPU time")
-        right = self.tuned.accuracy
-        if right.value < ACCURATE:
-            found.append(f"is {percent(right)} % accurate")
-        return found
-
 
 @row
 class OnPart:
@@ -171,12 +136,6 @@ class OnPart:
     def rows(self) -> list[MethodEvaluation]:
         """The tuned methods, each before the others of its engine."""
         return [row for one in self.tested for row in (one.tuned, *one.others)]
-
-    def span(self, family: str = TUNED) -> list[Estimate]:
-        """The least and the largest accuracy of methods of a family; empty without any."""
-        own = (one.accuracy for one in self.rows if one.method.family == family)
-        right = sorted(own, key=lambda accuracy: accuracy.value)
-        return [right[0], right[-1]] if right else []
 
     @property
     def outcomes(self) -> Counter[str]:
@@ -220,12 +179,6 @@ class Found:
         """Tuned parameters, PS_3 and the start of the search, on every engine."""
         rows = [row for part in self.parts for row in part.rows]
         return [row for row in rows if row.method.family in (TUNED, DEAR, START)]
-
-    @property
-    def prices(self) -> dict[float, list[Bought]]:
-        """Sets within each budget on any engine, the most accurate first."""
-        ordered = sorted(self.bought, key=lambda one: -one.test.accuracy.value)
-        return {budget: [b for b in ordered if b.budget == budget] for budget in BUDGETS}
 
     @property
     def finders(self) -> list[Searching]:

@@ -147,11 +147,6 @@ class Check:
     rows: Sequence[Checked]
 
     @property
-    def count_inside(self) -> int:
-        """Layouts whose random samples lie in the interval."""
-        return sum(each.inside for each in self.rows)
-
-    @property
     def farthest(self) -> float:
         """Largest distance of the two probabilities [points]."""
         return 100 * max(abs(each.stands.value - each.random) for each in self.rows)
@@ -192,11 +187,6 @@ class Found:
     def first(self) -> Judged | None:
         """The most accurate of the methods that were asked of most cases."""
         return _first(self.rows)
-
-    @property
-    def strongest(self) -> Alone | None:
-        """The deviation that changes most."""
-        return max(self.alone, key=lambda each: each.changed.value, default=None)
 
     @property
     def bins(self) -> list[Bin]:
