@@ -397,8 +397,10 @@ def undrawn(monkeypatch):
 
 @pytest.fixture
 def undrawn_text() -> Callable[[str], str]:
-    """Takes checksums out of names of pictures: those of empty pictures are other ones."""
-    return partial(re.sub, r"\.[0-9a-f]{16}(?=\.(?:svg|png)\))", "")
+    """Takes checksums out of names of pictures, and of details that name some: those of empty
+    pictures are other ones.
+    """
+    return partial(re.sub, r"\.[0-9a-f]{16}(?=\.(?:svg|png|md)[)#])", "")
 
 
 @pytest.fixture

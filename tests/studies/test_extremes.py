@@ -420,7 +420,7 @@ def test_what_was_held_is_counted_at_each_frequency_and_above(found, cells):
     ]  # fmt: skip
     third = len(cells) // 3
     assert list(found.counted.values()) == [third, 2 * third - 1, 1, 0, 0]
-    assert (found.fit["bullet"].frequency, found.silent) == (60, {})
+    assert found.silent == {}
 
 
 def test_values_are_shown_with_those_of_the_closed_form(found):

@@ -149,10 +149,6 @@ class Found:
     loads: Loads | None = None
 
     titles: ClassVar[Mapping[Outcome, str]] = _TITLES
-    tall: ClassVar[int] = 10
-    """Stack height on a pallet [items]."""
-    uneven: ClassVar[float] = 10.0
-    """Mass ratio on a pallet, where weights are a few kilograms to tens of them."""
     usual: ClassVar[int] = 240
     """Substeps a second of the sentence that begins the page."""
 
@@ -219,25 +215,6 @@ class Found:
         """Rows at a usual frequency and above; none where no frequency up to it was measured."""
         last = {r.engine: r for r in self.from_here_on if (r.frequency or 0) <= self.usual}
         return list(last.values()) if any(r.frequency for r in last.values()) else []
-
-    @property
-    def spoken_of(self) -> Mapping[int, list[EnvelopeRow]]:
-        """Rows at some frequencies, and of engines that choose their own steps."""
-        return {
-            frequency: [r for r in self.envelope if r.frequency in (frequency, None)]
-            for frequency in _SPOKEN_OF
-            if any(r.frequency == frequency for r in self.envelope)
-        }
-
-    @property
-    def fit(self) -> Mapping[str, EnvelopeRow | None]:
-        """By engine, the lowest frequency from which on it holds what stands on pallets."""
-        found: dict[str, EnvelopeRow | None] = {r.engine: None for r in self.envelope}
-        for r in reversed(self.from_here_on):
-            ratio = min(r.heavy_on_light, r.light_on_heavy)
-            if r.tower_height >= self.tall and ratio >= self.uneven:
-                found[r.engine] = r
-        return found
 
     @property
     def silent(self) -> Mapping[str, list[str]]:

@@ -53,11 +53,6 @@ class Variant:
     accuracy_change: Estimate = column("change of accuracy", percent)
     cost_change: float = column("cost factor", compact)
 
-    @property
-    def loses(self) -> bool:
-        """Whether the change costs accuracy significantly."""
-        return self.accuracy_change.high < 0.0
-
 
 @row
 class Seed:
