@@ -60,6 +60,7 @@ SECONDS = 900
 _COPIED = ("harness", "engines", "learners", "reports", "tests", "docs")
 _FILES = ("pyproject.toml", "README.md", "CHANGELOG.md", "Makefile", "CITATION.cff", "setup.py")
 _COMPILED = "engines/reference/"
+_BUILD = [sys.executable, "harness/core/building.py"]
 _UNCHANGING = Path(__file__).parent / "unchanging.toml"
 
 
@@ -107,13 +108,16 @@ def copy_of_the_project(folder: Path) -> Path:
 
 def tried(room: str, fault: Fault, copy: Path) -> Outcome:
     """Plant a fault in a copy, run the tests of its room, and take it out again."""
+    status, output, _ = _run(copy, [sys.executable, "-c", "import steadyload.core.library"])
+    if status:
+        raise RuntimeError(f"{copy} does not work without a fault: {output}")
     file = copy / fault.path
     source, times = file.read_text(), file.stat()
     file.write_text(fault.planted(source))
     compiling = 0.0
     try:
         if fault.path.endswith(".c"):
-            status, _, compiling = _run(copy, [sys.executable, "harness/core/building.py"])
+            status, _, compiling = _run(copy, _BUILD)
             if status:
                 return Outcome(room, fault, True, "the compiler", 0.0, compiling)
         elif _COMPILED in fault.path:
@@ -127,6 +131,8 @@ def tried(room: str, fault: Fault, copy: Path) -> Outcome:
     finally:
         file.write_text(source)
         os.utime(file, ns=(times.st_atime_ns, times.st_mtime_ns))
+        if fault.path.endswith(".c"):
+            _run(copy, _BUILD)
     failed = [line for line in output.splitlines() if line.startswith(("FAILED ", "ERROR "))]
     by = failed[0].split(" - ")[0].partition(" ")[2] if failed else ""
     return Outcome(room, fault, status != 0, by or f"status {status}", seconds, compiling)
