@@ -8,12 +8,15 @@ import json
 import os
 import shutil
 import threading
+from types import SimpleNamespace
 
 import pytest
 
 import steadyload as sl
 from steadyload.app import checking, repairs
 from steadyload.cli import main
+from steadyload.cli import repair as repair_command
+from steadyload.cli.terminal import ROW
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.writers import as_native
 from steadyload.methods.contract.method import Status, Verdict
@@ -495,3 +498,12 @@ def test_an_interrupt_of_repairs_keeps_the_answers_of_a_check(run, folder, monke
         assert [one["repair_outcome"] for one in json.loads(out)] == ["repaired", "not repaired"]
     else:
         assert "repair: 1 of 2 that fail or hover stand when they are changed" in out
+
+
+@pytest.mark.parametrize("name", ["a", "n" * 30, "n" * 300])
+@pytest.mark.parametrize("sentence", ["stands", "stands, by 2.0 cm: 8 boxes moved, " * 9])
+def test_name_and_outcome_have_no_more_room_than_a_row(name, sentence):
+    one = SimpleNamespace(name=name, sentence=sentence, outcome="")
+    widths = repair_command._widths([one], ("a.csv", "b.csv"))
+    assert min(widths) > 0
+    assert sum(widths) + len("  boxes  ") + len("a.csv  ") <= ROW

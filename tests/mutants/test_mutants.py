@@ -136,6 +136,37 @@ def test_a_fault_is_caught_by_the_test_that_sees_it(tmp_path, monkeypatch):
     assert "- `room/module.py:6` sign: `/` -> `*`" in text
 
 
+BUILDER = """
+from pathlib import Path
+
+Path("harness/core/built").write_text(Path("harness/core/half.c").read_text())
+"""
+
+
+def test_a_fault_in_c_is_built_and_then_built_out_of_the_copy_again(tmp_path, monkeypatch):
+    core = tmp_path / "harness" / "core"
+    core.mkdir(parents=True)
+    (tmp_path / ".src").mkdir()
+    (core / "building.py").write_text(BUILDER)
+    source = "double half(double n)\n{\n    return n / 2.0;\n}\n"
+    (core / "half.c").write_text(source)
+    (tmp_path / "tests").mkdir()
+    test = f"def test_it():\n    assert open('harness/core/built').read() == {source!r}\n"
+    (tmp_path / "tests" / "test_half.py").write_text(test)
+    monkeypatch.setitem(mutants.ROOMS, "harness/core/*.c", ("tests",))
+    fault = next(f for f in faults_in("harness/core/half.c", source) if f.kind == "sign")
+    outcome = mutants.tried("harness/core/*.c", fault, tmp_path)
+    assert (outcome.is_caught, outcome.by) == (True, "tests/test_half.py::test_it")
+    assert (core / "built").read_text() == source
+
+
+def test_a_copy_that_does_not_work_counts_nothing(tmp_path):
+    (tmp_path / ".src" / "steadyload").mkdir(parents=True)
+    (tmp_path / ".src" / "steadyload" / "__init__.py").write_text("raise OSError('no library')")
+    with pytest.raises(RuntimeError, match="does not work without a fault"):
+        mutants.tried("harness/gym", Fault("a.py", 1, 0, "sign", "-", "+"), tmp_path)
+
+
 def test_what_is_known_is_not_tried_again_and_what_changes_nothing_is_left_out(
     tmp_path, monkeypatch
 ):

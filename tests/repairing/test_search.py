@@ -288,6 +288,11 @@ def test_free_places_are_free_and_carried(seed, boxes):
         own.planned, np.zeros(boxes, dtype=bool), boxes - 1, MARGIN, own.limits,
         np.array([np.inf, -np.inf, np.inf]), 1, 4000,
     )  # fmt: skip
+    none, _ = own.given.places_among(
+        own.planned, np.zeros(boxes, dtype=bool), boxes - 1, MARGIN, own.limits,
+        np.array([np.inf, -np.inf, np.inf]), 1, 0,
+    )  # fmt: skip
+    assert len(none) == 0
     made = found[:, :3]
     assert far == pytest.approx(np.linalg.norm(made - box.position, axis=1))
     assert (made == box.position).all(axis=1).any()
