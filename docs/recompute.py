@@ -1,4 +1,4 @@
-"""Ten figures of README from the rows of the published pages; needs pandas and pyarrow alone.
+"""Ten published figures from the rows of their pages; needs pandas and pyarrow alone.
 
 A row is a verdict on a case; it is right where it names the failing step of the label, if any.
 """
