@@ -11,7 +11,7 @@ from steadyload.errors import nearest
 from steadyload.layouts.model.question import Question
 from steadyload.methods.contract.method import Method
 from steadyload.methods.contract.spec import parse_spec
-from steadyload.methods.registry import each_question, make_method, method_of
+from steadyload.methods.registry import each_question, make_method, method_of, presets
 from steadyload.runs.definition import StudyError
 
 _DECIDING = frozenset(("question", "weights", "thresholds"))
@@ -88,6 +88,9 @@ def spec_with_question(method: str) -> str:
     Args:
         method: its canonical spec, which leaves out the question of the paper.
     """
+    name = parse_spec(method).name
+    if name not in presets() and not each_question(name):
+        return method  # without a parameter for it, whatever is stated
     question = asked_question(method)
     return method if question is None else str(parse_spec(method).stating("question", question))
 
