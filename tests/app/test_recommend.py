@@ -409,7 +409,7 @@ def test_the_command_names_a_method(run, capsys):
     assert [line.split()[1] for line in printed if line.startswith("->")] == [chosen.method]
     assert main(["recommend", "--from", str(run), "--budget", "5s"]) == 0
     assert capsys.readouterr().out.startswith("equilibrium is right in ")
-    assert main(["recommend", "--from", str(run), "--budget", "1us"]) == 2
+    assert main(["recommend", "--budget", "1us"]) == 2
     assert "budget is 0.001 ms a layout; the cheapest measured: " in capsys.readouterr().err
     assert main(["recommend", "--write"]) == 2
     assert "--write needs --from RUN" in capsys.readouterr().err
