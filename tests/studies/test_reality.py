@@ -656,7 +656,7 @@ def test_a_record_that_states_no_contact_has_a_page(all_measured, assert_shown):
         for one in all_measured.engines
     ]  # fmt: skip
     found = compare(replace(all_measured, recorded=bare, engines=engines, missing=["Drake"]))
-    assert (found.surest, found.centred, found.steps) == (None, None, [])
+    assert (found.surest, found.steps) == (None, [])
     charts = [name for name in CHARTS if name not in ("factors", "reliability")]
     text = assert_shown(Reality(), found, tables=tables(found), charts=charts, drawn=False)
     assert "not stated" in text

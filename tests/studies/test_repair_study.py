@@ -374,7 +374,7 @@ def test_a_set_of_which_nothing_is_repaired_has_a_page(real, tried, assert_shown
 
 
 def test_plans_that_stand_against_their_label_are_counted_on_the_page(real, tried, assert_shown):
-    sentence = "stay as they are and count as not repaired: "
+    sentence = "stand by that judge, stay as they are and count as not repaired; "
     assert all(one.changed.outcome != Outcome.UNCHANGED for one in tried.tried)
     for count in (0, 1, 2):
         names = sorted({one.plan.layout.name for one in tried.tried})[:count]
@@ -388,7 +388,12 @@ def test_plans_that_stand_against_their_label_are_counted_on_the_page(real, trie
         text = assert_shown(
             RepairStudy(), found, tables=tables(found), charts=["left_out", "moved"], drawn=False
         )
-        assert (sentence in text) == (f"{sentence}{count}." in text) == bool(count)
+        left, kept = found.leave, found.keep
+        assert left.failed == len({one.plan.layout.name for one in tried.tried}) - count
+        assert left.repaired == sum(o.changed.stands for o in rows if o.way is Way.LEAVE)
+        mended = f"of the {left.failed} that it sees fail {left.repaired} are repaired if boxes "
+        mended += f"may be left out, {kept.repaired} if all are kept."
+        assert (sentence in text) == (f"{count} {sentence}{mended}" in text) == bool(count)
 
 
 def changed_plan(packers, boxes, *, instance, way=Way.LEAVE, **outcome):

@@ -43,7 +43,7 @@ from steadyload.studies.reality.loading import (
 )
 from steadyload.studies.reality.on_the_way import Grown, Rest, by_impacts, by_time, rest_of
 from steadyload.studies.reality.record import FIT, MEASURED, Recorded
-from steadyload.studies.reality.running import CENTRE, FREQUENCY, AllMeasured, ByEngine, Way
+from steadyload.studies.reality.running import FREQUENCY, AllMeasured, ByEngine, Way
 from steadyload.studies.reality.tosses import Worst, worst
 
 
@@ -222,26 +222,6 @@ class Found:
     def flight(self) -> Flight:
         """Facts of the flights of the half for fitting, which engines are given."""
         return next(one for one in self.flights if one.trials == FIT)
-
-    @property
-    def centred(self) -> Step | None:
-        """Errors with the centre of mass in the middle; None without steps of the body."""
-        return self._step(-1)
-
-    @property
-    def off_centre(self) -> Step | None:
-        """Errors with the centre of mass that flights show; None likewise."""
-        return self._step(0)
-
-    @property
-    def refitted(self) -> Step | None:
-        """Errors with fitted contacts on top; None likewise."""
-        return self.steps[-1] if self.steps else None
-
-    def _step(self, aside: int) -> Step | None:
-        """The step of the centre of mass, or one beside it."""
-        place = next((k for k, one in enumerate(self.steps) if one.step == CENTRE), None)
-        return None if place is None else self.steps[place + aside]
 
     @property
     def height_mm(self) -> float:

@@ -58,6 +58,16 @@ class Shares:
     unchanged: int = column("stood before", about="by the judge, against the label")
     timeouts: int = column("out of time", about="searches that the time limit ended")
 
+    @property
+    def failed(self) -> int:
+        """Plans that the judge sees fail."""
+        return self.plans - self.unchanged
+
+    @property
+    def repaired(self) -> int:
+        """Of these the plans that stand then."""
+        return round(self.stands.value * self.plans)
+
 
 @row
 class Cost:
