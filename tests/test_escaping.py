@@ -11,7 +11,7 @@ from steadyload.cli import main
 from steadyload.cli.terminal import print_table, say, study_progress
 from steadyload.config import ConfigError, bind
 from steadyload.errors import UserError
-from steadyload.escaping import markdown, printable
+from steadyload.escaping import markdown, printable, shown
 from steadyload.layouts import LayoutError
 from steadyload.reports.table import markdown_table
 
@@ -28,6 +28,12 @@ def test_control_characters_are_shown_as_escapes():
     assert printable("\x1b]0;x\x07a\u202eb\nc") == r"\x1b]0;x\x07a\u202eb\nc"
     assert printable("Käse 漢字 \U0001f600") == "Käse 漢字 \U0001f600"
     assert printable("a" * 50, 10) == "aaaaaaa..."
+
+
+@pytest.mark.parametrize("more", [0, 1])
+def test_a_value_is_cut_where_it_is_longer_than_shown_and_not_before(more):
+    text = "a" * (20 - 2 + more)  # in quotation marks
+    assert shown(text, 20) == (f"'{text[:16]}..." if more else f"'{text}'")
 
 
 def test_commands_show_no_control_characters(capsys):

@@ -1,7 +1,9 @@
 """A judgement is ended by its CPU time; by wall time alone only after ten times as much."""
 
+import multiprocessing
 import threading
 import time
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from types import SimpleNamespace
 
 import pytest
@@ -15,7 +17,7 @@ from steadyload.methods.contract.method import Status
 from steadyload.methods.contract.stopwatch import Stopwatch
 from steadyload.methods.equilibrium import equilibrium
 from steadyload.runs.pool import run_units
-from steadyload.time_limit import BACKSTOP, TimeoutExpiredError, seconds_of_process
+from steadyload.time_limit import BACKSTOP, TimeoutExpiredError, cpu_clock, seconds_of_process
 
 
 @pytest.fixture
@@ -105,3 +107,16 @@ def test_steps_that_take_long_are_those_of_much_cpu_time(monkeypatch):
         monkeypatch.setattr(Followed, "first", judging(cpu))
         assert method.judge(tower).stable
         assert batches == expected
+
+
+def _clock_of_a_worker(_):
+    with ThreadPoolExecutor(1) as threads:
+        return cpu_clock() is time.process_time, threads.submit(cpu_clock).result() is (
+            time.thread_time
+        )
+
+
+def test_the_time_of_the_process_counts_in_the_main_thread_of_a_worker_alone():
+    assert cpu_clock() is time.thread_time
+    with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as workers:
+        assert [*workers.map(_clock_of_a_worker, [0])] == [(True, True)]

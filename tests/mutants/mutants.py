@@ -30,7 +30,8 @@ from faults import Fault, drawn, source_files
 ROOT = Path(__file__).resolve().parents[2]
 ROOMS: dict[str, tuple[str, ...]] = {
     "harness/*.py": ("tests/test_config.py", "tests/test_errors.py", "tests/test_escaping.py",
-                     "tests/test_reading.py", "tests/runs"),
+                     "tests/test_reading.py", "tests/test_site.py", "tests/cli/test_entry.py",
+                     "tests/methods/test_time_limit.py", "tests/runs"),
     "harness/app": ("tests/app", "tests/cli"),
     "harness/cli": ("tests/cli", "tests/app"),
     "harness/core": ("tests/core", "tests/methods", "tests/repairing"),
