@@ -59,7 +59,7 @@ test: $(READY) ## run the tests of every module (minutes on two cores, once comp
 N ?= 1000000
 SEED ?= 0
 
-fuzz: $(READY) ## read N mutated files of every format, from SEED; PUBLISH=1 puts the figures on docs/reliability.md; Ctrl-C ends it
+fuzz: $(READY) ## read N mutated files of every format, from SEED; PUBLISH=1 puts the figures on docs/wrong_input.md; Ctrl-C ends it
 	$(BIN)/python tests/fuzz/fuzz.py $(N) $(SEED) $(if $(PUBLISH),--publish)
 
 test-deep: $(READY) ## run the tests that take minutes, and those of optional engines; SHARE=K/N the K-th of N shares

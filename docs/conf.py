@@ -49,7 +49,7 @@ NAVIGATION = {
         "docs/transport",
         "docs/bearing",
         "docs/uncertainty",
-        "docs/reliability",
+        "docs/wrong_input",
     ],
     "Compare": [
         "docs/studies",

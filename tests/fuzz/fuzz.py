@@ -1,6 +1,6 @@
 """Fuzzing of all formats that are read: ``python tests/fuzz/fuzz.py N [SEED] [FORMAT...]``.
 
-``--publish`` puts the figures of a whole run on ``docs/reliability.md``.
+``--publish`` puts the figures of a whole run on ``docs/wrong_input.md``.
 
 Starts processes of ``trial.py``, one after the other, judges what ended one (a hang, a crash), and
 writes a summary, and every input that is a finding, to ``runs/fuzz``. Ctrl-C ends it with the
@@ -24,7 +24,7 @@ from formats import COSTLY, FORMATS
 BATCH = 20_000
 """Inputs of a process: what its libraries keep is not held against later ones."""
 
-PAGE = Path(__file__).parents[2] / "docs" / "reliability.md"
+PAGE = Path(__file__).parents[2] / "docs" / "wrong_input.md"
 BEGIN, END = "<!-- figures of fuzzing -->", "<!-- end of figures -->"
 """Lines of the page between which figures stand."""
 

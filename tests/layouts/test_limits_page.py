@@ -5,7 +5,7 @@ from pathlib import Path
 from steadyload import reading
 from steadyload.layouts.files import limits
 
-PAGE = Path(__file__).parents[2] / "docs" / "reliability.md"
+PAGE = Path(__file__).parents[2] / "docs" / "wrong_input.md"
 
 
 def test_the_page_states_every_limit_as_it_is():

@@ -278,7 +278,9 @@ def test_the_page_answers_first(study, found, tmp_path):
     assert "It finds 100.0 % of plans of packers that fall, and says of 0 of 3 that stand" in answer
     assert figure.startswith("![Accuracy against CPU time")
     assert data.startswith("4 methods a question on 8 cases")
-    assert "1 of them customers' pallets; 4 are stable" in data
+    assert "(1 customers' pallets) of " in data
+    assert "4 are stable. Customers' pallets fall in " in data
+    assert "Estimate(" not in "".join(part.read_text() for part in tmp_path.rglob("*.md"))
     for of in found.sets:
         names = ", ".join(pair.first.title for pair in of.alike.tests)
         assert f"alone: {names}" in text

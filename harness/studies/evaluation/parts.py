@@ -112,7 +112,7 @@ class CasePart(OnLabelledCases):
 
     name: str
     evaluation: Evaluation
-    stable: Estimate
+    stable: Estimate = column("stable by the label %", percent)
     sizes: Sequence[CaseBin] = ()
 
     @cached_property
