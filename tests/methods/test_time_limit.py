@@ -118,5 +118,5 @@ def _clock_of_a_worker(_):
 
 def test_the_time_of_the_process_counts_in_the_main_thread_of_a_worker_alone():
     assert cpu_clock() is time.thread_time
-    with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as workers:
+    with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("fork")) as workers:
         assert [*workers.map(_clock_of_a_worker, [0])] == [(True, True)]
