@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from plans import random_plan
 
 from steadyload import check
+from steadyload.app import faults
 from steadyload.app.faults import fault_of
 from steadyload.app.remedies import remedy_of
 from steadyload.layouts import Item, Layout, Pallet
@@ -17,6 +18,7 @@ from steadyload.methods import make_method
 from steadyload.methods.contract.verdict import Verdict
 from steadyload.repairing.remedy import remedy
 from steadyload.statics.balance_lost import balance_lost
+from steadyload.statics.resolution import UnresolvedError
 
 PALLET = Pallet(120.0, 150.0, 80.0)
 
@@ -210,3 +212,24 @@ def test_a_remedy_tries_the_step_at_which_balance_is_lost():
         "box D (4th of 7) would stand if it were loaded after box E (5th of 7); "
         "box C (3rd of 7) gives way below it"
     )
+
+
+def test_where_rounding_hides_whether_forces_balance_nothing_is_said_of_them(monkeypatch):
+    layout = plan(block(), block(y=20.0))
+
+    def hidden(_):
+        raise UnresolvedError("too light")
+
+    assert fault_of(layout, tipped(layout), "label@mujoco").resolved
+    monkeypatch.setattr(faults, "balance_lost", hidden)
+    found = fault_of(layout, tipped(layout), "label@mujoco")
+    assert (found.resolved, found.lost) == (False, None)
+    assert found.sentence(layout).endswith(
+        "; rounding hides whether contact forces balance the plan"
+    )
+
+
+def tipped(layout):
+    """What is said of a load whose last box tips."""
+    last = len(layout) - 1
+    return Verdict(len(layout), failing_step=last, moved_item=last, displacement=3.0, rotation=11.0)

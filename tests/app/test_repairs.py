@@ -11,7 +11,7 @@ import pytest
 from scipy.stats import norm
 
 import steadyload as sl
-from steadyload.app import repairs
+from steadyload.app import repair_options, repairs
 from steadyload.app.checking import Answer, check
 from steadyload.app.repair_results import Outcome, counted_repairs, repair_fields
 from steadyload.app.repaired_files import write_repaired
@@ -393,3 +393,9 @@ def test_a_file_is_written_from_the_content_that_was_read_and_from_no_path(tmp_p
     with pytest.raises(LayoutError, match="is no content of a file; allowed: Content"):
         write_repaired(target, file, found)
     assert not file.exists()
+
+
+def test_the_docs_name_the_margin_that_is_asked_for_unless_another_is_given():
+    text = (Path(__file__).parents[2] / "docs" / "repair.md").read_text()
+    assert f"with a margin of {repair_options.MARGIN_CM:g} cm, or `--margin CM`" in text
+    assert f"{repair_options.SECONDS:g} s" in text
