@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from steadyload.runs.comparison import Compared, difference
+from steadyload.runs.comparison import Compared, Family, difference
 from steadyload.statistics.estimate import NOTHING, Estimate
 from steadyload.statistics.metrics import share
 
@@ -259,3 +259,10 @@ def test_the_difference_of_trainings_is_that_of_the_means_over_their_seeds():
     assert found.value == pytest.approx(np.mean([1.0, 2 / 3 - 1.0, 0.0, 0.0]))
     assert found.n == 4
     assert difference(second[0], second, lists) == Estimate(0.0, 0.0, 0.0, 4)
+
+
+@pytest.mark.parametrize(
+    ("tests", "clusters", "least"), [(1, 2, 0.5), (3, 5, 0.1875), (40, 3, 1.0), (1, 1, 1.0)]
+)
+def test_no_p_is_smaller_than_signs_of_clusters_allow_and_none_is_above_one(tests, clusters, least):
+    assert Family((None,) * tests, (4,) * clusters).least == least

@@ -155,3 +155,12 @@ def test_sleeping_takes_wall_time_and_no_cpu_time():
     cpu, wall = taken(lambda: time.sleep(0.05))
     assert wall >= 50.0
     assert cpu < wall
+
+
+def test_times_are_in_milliseconds():
+    def busy():
+        end = time.process_time() + 0.02
+        while time.process_time() < end:
+            pass
+
+    assert all(measured >= 20.0 for measured in taken(busy))
