@@ -44,6 +44,9 @@ def study_command(study: AnyStudy) -> type[Any]:
     """The command of a study, made of its options."""
     fields = [*_options(study), *_places(study), (CONFIG, Path | None, option(None, _ABOUT_CONFIG))]
 
+    def check(command: Any) -> None:
+        _configured(study, command)
+
     def run(command: Any) -> int:
         work = command.work if study.resumable else command.output
         workers = command.workers if study.workers is not None else 1
@@ -57,8 +60,9 @@ def study_command(study: AnyStudy) -> type[Any]:
         return ended
 
     return dataclasses.make_dataclass(
-        study.name, fields, namespace={"run": run}, frozen=True, kw_only=True
-    )
+        study.name, fields, namespace={"__post_init__": check, "run": run},
+        frozen=True, kw_only=True,
+    )  # fmt: skip
 
 
 def _options(study: AnyStudy) -> Iterator[tuple[str, Any, Any]]:

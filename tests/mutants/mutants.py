@@ -33,7 +33,7 @@ ROOMS: dict[str, tuple[str, ...]] = {
                      "tests/test_reading.py", "tests/test_site.py", "tests/cli/test_entry.py",
                      "tests/methods/test_time_limit.py", "tests/runs"),
     "harness/app": ("tests/app", "tests/cli"),
-    "harness/cli": ("tests/cli", "tests/app"),
+    "harness/cli": ("tests/cli", "tests/app", "tests/studies/test_registry.py"),
     "harness/core": ("tests/core", "tests/methods", "tests/repairing"),
     "harness/core/*.c": ("tests/core", "tests/statics", "tests/methods", "tests/golden"),
     "harness/gym": ("tests/gym",),

@@ -11,6 +11,7 @@ from steadyload.engines.registry import engines_here
 from steadyload.methods import make_method
 from steadyload.properties.closed_form_tests import closed_form_tests
 from steadyload.properties.closed_forms import Stage, fall
+from steadyload.reports.table import Table
 from steadyload.runs.able import fixed_step_engines
 from steadyload.runs.definition import StudyError
 from steadyload.runs.provenance import provenance
@@ -104,9 +105,15 @@ def test_a_verdict_that_is_lost_or_another_counts_as_changed():
     for kind, counts in (("items", [1, 1, 2]), ("height", [1, 1, 2]), ("masses", [2, 1, 1])):
         (group,) = accuracy.groups[kind]
         assert [share.n for share in group.accuracy.values()] == counts
-    section, *_ = EngineStudy().page(Found({}, accuracy=accuracy)).sections
-    assert "75.0 [30.1, 95.4] % (mujoco) of 4 cases of 4 item lists." in section.placed[0]
-    assert sum(not isinstance(block, str) for block in section.placed) == 4
+    page = EngineStudy().page(Found({}, accuracy=accuracy))
+    shown = [[block for section in of for block in section.placed]
+             for of in (page.sections, page.details)]  # fmt: skip
+    tables = [[block.rows for block in blocks if isinstance(block, Table)] for blocks in shown]
+    assert tables == [
+        [accuracy.whole],
+        [accuracy.groups[kind] for kind in ("items", "height", "masses")],
+    ]
+    assert "4 cases of 4 item lists" in str(page.sections[0])
 
 
 def test_at_the_first_size_a_closed_form_is_as_it_is_and_mechanics_holds_at_all(tmp_path):
@@ -178,14 +185,14 @@ def test_the_page_of_extremes_shows_loads(monkeypatch):
     loads = loads_of({NEAR: 1, FAR: 19, SIZE: 11}, {NEAR: 1, FAR: 2, SIZE: 1}, monkeypatch)
     assert loads.dearest == SIZE
     page = Extremes().page(Extreme([], 30.0, provenance(), loads))
-    assert [section.title for section in page.sections] == [
+    assert [section.title for section in page.details][:2] == [
         "Loads far from the origin, and loads of other sizes", "Closed forms at three sizes",
     ]  # fmt: skip
-    text = "\n".join(map(str, page.sections[0].placed))
+    text = "\n".join(map(str, page.details[0].placed))
     assert text.startswith("On single 85.0 ")
     assert "origin of a world, and 0.0 " in text
     assert "the effect grows with the distance." in text
     assert f"where a load is {SIZE.name}: 50.0 " in text
     alone = Loads(loads.rows[1:], 20, 20, [])
-    text = str(Extremes().page(Extreme([], 30.0, provenance(), alone)).sections[0].placed[0])
+    text = str(Extremes().page(Extreme([], 30.0, provenance(), alone)).details[0].placed[0])
     assert text.startswith("No engine of single precision and one of double precision are")
