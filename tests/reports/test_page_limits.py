@@ -43,6 +43,26 @@ def test_a_page_begins_with_its_answer_one_figure_and_its_method(folder):
     assert not found, found
 
 
+def unfounded(text, details):
+    """Measured figures of the answer of a page, with a decimal point, that nothing below has."""
+    _, answer, *below = text.split("\n\n")
+    known = numbers("\n\n".join([*below, details]))
+    return [number for number in numbers(answer) if "." in number and number not in known]
+
+
+@pytest.mark.parametrize("folder", FOLDERS)
+def test_every_figure_of_an_answer_stands_below_it_or_in_the_details(folder):
+    page = PAGES / folder
+    details = "".join(file.read_text() for file in page.glob("report-details.*.md"))
+    assert unfounded((page / "report.md").read_text(), details) == []
+
+
+def test_a_figure_that_only_the_answer_has_is_found():
+    text = "# A?\n\n97.0 [95.4, 98.0] % of 900.\n\n| 97.0 [95.4, 98.1] |\n"
+    assert unfounded(text, "") == ["98.0"]
+    assert unfounded(text, "| 98.0 |") == []
+
+
 FIGURE = "![Accuracy.](figures/a.svg)\n\n*Accuracy.*"
 
 
