@@ -386,7 +386,7 @@ def test_the_page_answers_for_every_size_and_says_what_is_not_compared(large, tm
     study, found, _ = large
     text = write_page(study.page(found), tmp_path).read_text()
     _, _, _, _, data, *_ = text.split("\n\n")
-    assert "Labels above 61 boxes rest on two engines" in data
+    assert "`mujoco`, on which labels above 61 boxes rest, " in data
     leading = {span.name: span.leading.own for span in found.own.spans}
     part = text[text.index("The most accurate method, and the cheapest") :]
     printed = re.search(r"(?:^\|.*\n)+", part, re.MULTILINE)[0].splitlines()
