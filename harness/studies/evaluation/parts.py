@@ -65,7 +65,7 @@ class OnLabelledCases(ABC):
     @property
     @abstractmethod
     def results(self) -> Sequence[Result]:
-        """A row a method, on all of the cases."""
+        """The row of each method, on all of the cases."""
 
     @property
     def about(self) -> LabelledPart:
