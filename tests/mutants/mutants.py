@@ -43,7 +43,7 @@ ROOMS: dict[str, tuple[str, ...]] = {
     "harness/methods": ("tests/methods", "tests/golden", "tests/conformance"),
     "harness/properties": ("tests/properties",),
     "harness/repairing": ("tests/repairing", "tests/app"),
-    "harness/runs": ("tests/runs",),
+    "harness/runs": ("tests/runs", "tests/studies/test_kit.py"),
     "harness/statics": ("tests/statics", "tests/methods", "tests/golden"),
     "harness/statistics": ("tests/statistics",),
     "harness/studies": ("tests/studies",),

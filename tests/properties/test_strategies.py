@@ -129,6 +129,10 @@ def test_bridges_rest_on_both_supports(layout):
     assert carries[1, 2]
 
 
+def test_a_bridge_may_cover_its_left_support_whole():
+    assert smallest(s.bridges(), lambda layout: layout.items[2].position[0] == 0.0)
+
+
 @FEW
 @given(s.mass_ratios(most=1e3))
 def test_mass_ratios_are_powers_of_ten_in_both_orders(layout):
@@ -160,6 +164,21 @@ def test_moves_keep_sizes_weights_and_contacts(layout, along_x, along_z):
         assert np.array_equal(before.carries, after.carries)
         assert np.allclose(before.areas, after.areas)
         assert np.array_equal(layout.weights, moved.weights)
+
+
+TRANSLATED = PROPERTIES["translation"].cases(MethodUnderTest("lstm_1"))
+
+
+def test_the_law_of_translation_moves_loads_along_both_sides():
+    assert smallest(TRANSLATED, lambda case: min(case.change.values()) > 1.0)
+
+
+@FEW
+@given(TRANSLATED)
+def test_the_law_of_translation_keeps_loads_on_pallets_that_the_method_judges(case):
+    moved = translated(case.layout, case.change["along x"], case.change["along z"])
+    widest = make_method("lstm_1").layout_range.pallet_side[1]
+    assert max(moved.pallet.width, moved.pallet.depth) <= widest
 
 
 @FEW

@@ -20,9 +20,10 @@ from plans import (
     with_first,
 )
 
-from steadyload.layouts.model.layout import TOLERANCE
+from steadyload.layouts.model.layout import TOLERANCE, Item, Layout, Pallet
 from steadyload.methods import make_method
 from steadyload.repairing.confirmed import Confirmation, ConfirmedSearch, Stopped, changed_plan
+from steadyload.repairing.places import Places
 from steadyload.repairing.plan import Boxes, Kind, kept_in_order
 from steadyload.statics.bearing.crushing import first_crushed
 
@@ -124,6 +125,14 @@ def test_a_changed_plan_keeps_all_that_is_to_be_kept(seed, boxes, limits):
         assert (item.name, item.weight, item.max_load) == (was.name, was.weight, was.max_load)
         assert item.size[1] == was.size[1]
         assert item.size in (was.size, was.size[::-1])
+
+
+@pytest.mark.parametrize("seed", [0, 1, 3])
+def test_a_changed_plan_crushes_no_box(seed):
+    plan = random_plan(seed, 5, limits=True)
+    assert any(item.max_load is not None for item in plan.items)
+    changed, _ = found(plan)
+    assert first_crushed(changed) is None
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -306,3 +315,13 @@ def test_free_places_are_free_and_carried(seed, boxes):
         least, most = (np.array(corner) for corner in plan.pallet.contour)
         assert (place >= least - TOLERANCE).all()
         assert (place + size <= most + TOLERANCE).all()
+
+
+@pytest.mark.parametrize(("depth", "turns"), [(10.0, {0.0, 1.0}), (20.0, {0.0})])
+def test_a_box_is_turned_where_its_sides_differ(depth, turns):
+    items = (Item(0, (0.0, 0.0, 0.0), (20.0, 10.0, depth), 4.0),)
+    boxes = Boxes(Layout("one", Pallet(60.0, 60.0, 60.0), items))
+    found, far = Places(boxes, ALL, 30.0).of(0, boxes.planned, MARGIN)
+    assert {*found[:, 3].tolist()} == turns
+    assert far.tolist() == sorted(far.tolist())
+    assert {*Places(boxes, ALL - {Kind.TURN}, 30.0).of(0, boxes.planned, MARGIN)[0][:, 3]} == {0.0}

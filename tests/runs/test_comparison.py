@@ -266,3 +266,14 @@ def test_the_difference_of_trainings_is_that_of_the_means_over_their_seeds():
 )
 def test_no_p_is_smaller_than_signs_of_clusters_allow_and_none_is_above_one(tests, clusters, least):
     assert Family((None,) * tests, (4,) * clusters).least == least
+
+
+def test_what_could_be_found_is_the_range_of_the_pairs_that_ever_differ():
+    """a and b are right on the same cases, so that their difference has an interval of no width."""
+    random = np.random.default_rng(3)
+    first, third = random.random(60) < 0.7, random.random(60) < 0.7
+    right = {"a": first, "b": first, "c": third}
+    found = Compared(right, np.arange(60)).pairs().alike
+    assert len(found.tests) == 3
+    low, high = found.shown
+    assert 0.1 < low <= high < 0.5

@@ -120,6 +120,11 @@ def test_one_stratum_gives_the_size_without_strata():
     assert effective_size(hits, pairs("aaaaaa", names)) == effective_size(hits, names)
 
 
+@pytest.mark.parametrize("hits", [[True, False, True], [True] * 3, [False] * 3])
+def test_cases_of_one_cluster_count_as_one(hits):
+    assert effective_size(hits, ["a"] * 3) == 1.0
+
+
 def test_signs_turn_by_cluster_whatever_its_stratum():
     differences = [1, 1, -1, 1, 0, 1]
     names = ["1", "1", "2", "2", "3", "3"]

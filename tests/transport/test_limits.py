@@ -1,5 +1,7 @@
 """Limits by simulation against closed forms, and what cannot be asked."""
 
+import time
+
 import pytest
 from tested_engines import TESTED
 
@@ -39,6 +41,15 @@ def test_exact_limits_name_direction_box_and_cost():
     assert [one.direction_deg for one in found] == [0.0, 90.0, 180.0, 270.0]
     assert [one.limit_g for one in found] == pytest.approx([0.3, 0.5, 0.3, 0.5], abs=1e-6)
     assert all(one.displacement_cm is None and one.cpu_ms > 0.0 for one in found)
+
+
+def test_the_cost_of_a_simulated_limit_is_nearly_all_cpu_time_that_was_spent():
+    method = make_method("simulation@mujoco:frequency=480")
+    limits(TALL, method, directions=(0.0,))
+    start = time.process_time()
+    (found,) = limits(TALL, method, directions=(0.0,))
+    spent = 1e3 * (time.process_time() - start)
+    assert 0.3 * spent < found.cpu_ms <= spent
 
 
 def test_a_load_that_falls_at_rest_holds_nothing_by_any_method():
