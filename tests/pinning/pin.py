@@ -2,7 +2,8 @@
 
 ``pin.py record FOLDER [PAGE ...] [--tree TREE]`` remakes pages of a tree from their kept rows;
 ``pin.py compare BEFORE AFTER [PAGE ...]`` tells what differs. Nothing is judged, and nothing in
-the tree is changed. A recording holds, of every page,
+the tree is changed. Either side of a comparison may be ``reports/published`` of a tree: its pages
+are compared, and what they write into the tree; it has no keys. A recording holds, of every page,
 
 - ``pages/PAGE``: its files, and in ``written`` those that it writes into the source tree;
 - ``keys/PAGE.json``: keys that its stores were asked for, those ``found`` and those ``absent``,
@@ -37,12 +38,18 @@ WIDTH = 160
 _OUTPUT = ("report.md", "report.html", "report-details*", "figures")
 """Files of a published page that are no input of it, as patterns."""
 
+_NOT_IN_GIT = "report.html"
+"""File of a page that a clone does not have."""
+
 _SUM = re.compile(r"\.[0-9a-f]{16}(?=\.)")
 _KEYS = {
     "found": ("no longer asked for", "newly asked for"),
     "absent": ("no longer asked for in vain", "not found"),
     "archive": ("no longer kept", "newly kept"),
 }
+
+
+Keys = dict[str, list[str] | None]
 
 
 class PinError(Exception):
@@ -114,39 +121,73 @@ def _run(tree: Path, there: Path, *words: str) -> subprocess.CompletedProcess[st
 
 
 def compare(before: Path, after: Path, names: list[str]) -> bool:
-    """Print page by page what differs in two recordings; all where none is named. True if equal.
+    """Print page by page what differs of two sides; all where none is named. True if equal.
 
     Raises:
-        PinError: one of the folders holds no recording.
+        PinError: one of the folders holds neither a recording nor published pages.
     """
-    for folder in (before, after):
-        if not (folder / "pages").is_dir():
-            raise PinError(f"{folder} holds no recording")
-    found = {path.stem for folder in (before, after) for path in folder.glob("*/*")}
+    sides = _Side(before), _Side(after)
     equal = True
-    for name in names or sorted(found):
-        told = list(_differences(before, after, name))
-        kept = before / "keys" / f"{name}.json"
-        rows = told or json.loads(kept.read_text())["archive"] is not None
-        note = "" if rows else " (keeps no rows)"
+    for name in names or sorted(sides[0].names | sides[1].names):
+        told = list(_differences(*sides, name))
+        keeps_none = any(side.keys(name).get("archive", ()) is None for side in sides)
+        note = " (keeps no rows)" if keeps_none and not told else ""
         print(f"{name}: {'DIFFERS' if told else 'equal'}{note}", *told, sep="\n  ")
         equal = equal and not told
     return equal
 
 
-def _differences(before: Path, after: Path, name: str) -> Iterator[str]:
+class _Side:
+    """One side of a comparison: a recording, or the published pages of a tree."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.is_recording = (folder / "pages").is_dir()
+        if not self.is_recording and not any(folder.glob("*/report.md")):
+            raise PinError(f"{folder} holds no recording and no published pages")
+        self._pages = folder / "pages" if self.is_recording else folder
+        self.names = {path.name for path in self._pages.iterdir() if path.is_dir()}
+        self.names |= {path.stem for path in folder.glob("keys/*.json")}
+
+    def page(self, name: str) -> Path:
+        return self._pages / name
+
+    def keys(self, name: str) -> Keys:
+        """The keys of a page; none where it has none."""
+        file = self.folder / "keys" / f"{name}.json"
+        found: Keys = json.loads(file.read_text()) if file.is_file() else {}
+        return found
+
+    def files(self, name: str, other: Path) -> dict[str, bytes]:
+        """The files of a page; published, with those of the tree that the other side writes."""
+        found = _files(self.page(name))
+        if not self.is_recording and (other / "written").is_dir():
+            for path in _files(other / "written"):
+                place = self.folder.resolve().parents[1] / path
+                found |= {f"written/{path}": place.read_bytes()} if place.is_file() else {}
+        return found
+
+
+def _differences(before: _Side, after: _Side, name: str) -> Iterator[str]:
     """Lines on what differs in a page; none where it is equal."""
-    pages = [folder / "pages" / name for folder in (before, after)]
-    keys = [folder / "keys" / f"{name}.json" for folder in (before, after)]
-    yield from (f"is missing in {page.parents[1]}" for page in pages if not page.is_dir())
-    yield from (f"has no keys in {file.parents[1]}" for file in keys if not file.is_file())
-    if all(page.is_dir() for page in pages):
-        yield from _of_files(*map(_files, pages))
-    if all(file.is_file() for file in keys):
-        yield from _of_lists(*(json.loads(file.read_text()) for file in keys))
+    sides = before, after
+    pages = [side.page(name) for side in sides]
+    lost = [side for side in sides if not side.page(name).is_dir()]
+    yield from (f"is missing in {side.folder}" for side in lost)
+    are_recordings = before.is_recording and after.is_recording
+    if not lost:
+        old, new = before.files(name, pages[1]), after.files(name, pages[0])
+        for files in () if are_recordings else (old, new):
+            files.pop(_NOT_IN_GIT, None)
+        yield from _of_files(old, new)
+    if are_recordings:
+        keys = [side.keys(name) for side in sides]
+        yield from (f"has no keys in {s.folder}" for s, k in zip(sides, keys, strict=True) if not k)
+        if all(keys):
+            yield from _of_lists(*keys)
 
 
-def _of_lists(was: dict[str, list[str] | None], now: dict[str, list[str] | None]) -> Iterator[str]:
+def _of_lists(was: Keys, now: Keys) -> Iterator[str]:
     for kind, (gone, come) in _KEYS.items():
         lists = was[kind], now[kind]
         if (None in lists) and lists != (None, None):

@@ -10,7 +10,10 @@ from pathlib import Path
 
 import pytest
 
+from steadyload.studies.published import entries
+
 ROOT = Path(__file__).parents[2]
+PUBLISHED = ROOT / "reports" / "published"
 PIN = Path(__file__).parent / "pin.py"
 PAGE = "session"
 
@@ -112,6 +115,24 @@ def test_a_missing_page_is_a_difference(recorded, again):
     assert pin("compare", recorded, again, PAGE) == (1, lost)
 
 
+def test_a_published_page_is_compared_with_one_that_was_recorded(recorded, again):
+    assert pin("compare", PUBLISHED, recorded, PAGE) == (0, f"{PAGE}: equal\n")
+    (again / "pages" / PAGE / "written").mkdir()
+    (again / "pages" / PAGE / "written" / "README.md").write_text("another\n")
+    (again / "pages" / PAGE / "report.md").unlink()
+    status, told = pin("compare", again, PUBLISHED, PAGE)
+    assert status == 1
+    assert told.startswith(f"{PAGE}: DIFFERS\n  report.md: new\n  written/README.md: differs\n")
+
+
+@pytest.mark.parametrize("page", [entry.name for entry in entries()])
+def test_a_published_page_is_that_of_its_kept_rows(page, tmp_path):
+    status, told = pin("record", tmp_path, page)
+    assert status == 0, told
+    status, told = pin("compare", PUBLISHED, tmp_path, page)
+    assert status == 0, told
+
+
 def test_wrong_words_are_refused(recorded, tmp_path):
     status, told = pin("record", tmp_path, "skale")
     assert status == 2
@@ -119,7 +140,10 @@ def test_wrong_words_are_refused(recorded, tmp_path):
     assert pin("record", recorded) == (
         2, f"pin: {recorded} holds a recording; name pages to make anew, or another folder\n",
     )  # fmt: skip
-    assert pin("compare", recorded, tmp_path) == (2, f"pin: {tmp_path} holds no recording\n")
+    assert pin("compare", recorded, tmp_path) == (
+        2,
+        f"pin: {tmp_path} holds no recording and no published pages\n",
+    )
     status, told = pin("record", tmp_path / "new", "--tree", tmp_path)
     assert status == 2
     assert told.endswith(f", which is not of {tmp_path}\n")
