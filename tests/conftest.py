@@ -3,6 +3,7 @@
 Also what is said of deep tests and of skipped ones: see docs/testing.md.
 """
 
+import gc
 import importlib
 import logging
 import os
@@ -48,6 +49,16 @@ _ALLOWED_SKIPS = Path(__file__).parent / "allowed_skips.toml"
 _PERTURBING = Path(__file__).parent / "perturbing"
 _DEEP = tomllib.loads((Path(__file__).parent / "deep.toml").read_text())
 """Tests that take long, by file or folder: each, or a case of it, or ``all`` of them, and why."""
+
+
+gc.disable()
+"""Until tests are collected: nothing that collecting makes is garbage."""
+
+
+def pytest_collection_finish() -> None:
+    """What collecting has made is not looked at again for garbage."""
+    gc.freeze()
+    gc.enable()
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

@@ -25,6 +25,13 @@ def sources():
     ]
 
 
+@pytest.fixture(autouse=True, scope="module")
+def forgotten():
+    """Trees of all modules are not kept for other tests: they make collecting garbage slow."""
+    yield
+    sources.cache_clear()
+
+
 def first_lines(tree):
     for node in ast.walk(tree):
         if isinstance(node, (ast.Module, *NAMED)):
