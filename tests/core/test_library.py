@@ -8,8 +8,9 @@ import sys
 import numpy as np
 import pytest
 
+from steadyload.core import building
 from steadyload.core.forces import Energy
-from steadyload.core.library import RefusedError
+from steadyload.core.library import RefusedError, WrongArrayError, count_of
 from steadyload.core.session import Session
 
 COMMAND = "from steadyload.cli import main; sys.exit(main(['methods']))"
@@ -70,3 +71,25 @@ def test_at_the_end_of_a_process_what_c_made_can_still_be_used():
 
 def test_with_the_library_the_command_runs():
     assert run("pass").returncode == 0
+
+
+@pytest.mark.parametrize(
+    "given",
+    [[1.0], np.float64(1.0), np.array(1.0), np.broadcast_to(np.zeros(1), 2**31)],
+    ids=["list", "number", "no dimension", "too long"],
+)
+def test_what_has_no_length_that_c_counts_is_refused(given):
+    with pytest.raises(WrongArrayError, match="x has to be an array of at most 2147483647 rows"):
+        count_of("x", given)
+
+
+def test_an_array_is_as_long_as_it_is():
+    assert count_of("x", np.zeros((3, 2))) == 3
+
+
+@pytest.mark.skipif(not building.found(), reason="there is no C compiler")
+def test_a_library_that_is_built_takes_the_place_of_others_in_its_folder(tmp_path):
+    into = tmp_path / "a" / "b"
+    building.build(into, "older.lib", "-O0")
+    assert building.build(into, "newer.lib", "-O0") == into / "newer.lib"
+    assert [path.name for path in into.iterdir()] == ["newer.lib"]

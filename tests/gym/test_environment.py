@@ -3,6 +3,7 @@
 import subprocess
 import sys
 import warnings
+from dataclasses import replace
 
 import gymnasium
 import numpy as np
@@ -149,6 +150,16 @@ def test_given_boxes_come_in_their_order_and_turn_with_their_centres_of_mass():
     assert (box.position, box.size, box.mass_offset) == (
         (0.0, 20.0, 0.0), (30.0, 20.0, 40.0), (-3.0, 0.0, -20.0)
     )  # fmt: skip
+
+
+@pytest.mark.parametrize("size", [(100, 80, 50), (50, 80, 100)])
+def test_a_box_may_be_as_large_as_the_pallet_either_way(size):
+    box = Item(0, (0, 0, 0), size, 1.0)
+    made(pallet=Pallet(100.0, 80.0, 50.0), boxes=[box])
+    for side in range(3):
+        longer = replace(box, size=tuple(s + 1 * (k == side) for k, s in enumerate(size)))
+        with pytest.raises(OnlinePackingError, match="allowed: what fits the pallet"):
+            made(pallet=Pallet(100.0, 80.0, 50.0), boxes=[longer])
 
 
 @pytest.mark.parametrize(

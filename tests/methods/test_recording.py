@@ -153,6 +153,7 @@ def test_a_failure_that_the_simulation_does_not_see_is_shown_as_planned():
     found = record_failure(layout, "sme", said, shown_by)
     assert not found.simulates
     assert found.steps == ()
+    assert (found.method, found.verdict) == ("sme", said)
 
 
 @pytest.mark.parametrize(("spec", "shown"), [

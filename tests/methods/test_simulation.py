@@ -21,6 +21,7 @@ from steadyload.engines.world import (
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.methods import Status, make_method
 from steadyload.methods.contract import stopwatch
+from steadyload.methods.contract.method import Stopwatch
 from steadyload.methods.simulation.criteria import euler_angles
 from steadyload.methods.simulation.scene import boxes
 
@@ -190,6 +191,16 @@ def test_an_engine_error_is_a_verdict_and_the_world_is_closed(scripted, stack):
     verdict = judge("t_max=0.1", stack(0.0))
     assert (verdict.status, verdict.reason) == (Status.ERROR, "out of memory for contacts")
     assert scripted.last._closed
+
+
+def test_an_engine_error_at_a_step_is_its_finding_and_no_score(scripted, stack):
+    scripted.fault = "out of memory for contacts"
+    steps = make_method("simulation@scripted:t_max=0.1,between_steps=reseat").steps(
+        stack(0.0), Stopwatch()
+    )
+    assert math.isnan(steps.step_score(0))
+    found = steps.finding(0)
+    assert (found.status, found.reason) == (Status.ERROR, "out of memory for contacts")
 
 
 def test_settings_that_an_engine_ignores_are_in_the_verdict(scripted, stack):

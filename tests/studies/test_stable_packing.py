@@ -133,11 +133,3 @@ def test_a_placement_costs_its_own_box_and_substeps(told_time, tmp_path):
             (20, pytest.approx(each), pytest.approx(20 * each)),
             (40, pytest.approx(each), pytest.approx(40 * each)),
         ]
-
-
-def test_the_study_packs_and_measures_what_is_chosen(tmp_path):
-    asked = {"parts": ("gain",), "methods": ("sme",), "judge": "equilibrium", "lists": 1}
-    found = Session(**asked).run(Lab(tmp_path, 0))
-    assert found.curves == []
-    assert [(task.judge, task.item_lists) for task in found.tasks] == [("equilibrium", 1)] * 3
-    assert {task.best.method.spec for task in found.tasks} == {"sme"}

@@ -34,6 +34,12 @@ REJECTING = (
 )
 """Methods that reject placements."""
 
+JUDGE = "label@reference"
+"""Judges the bins that were packed."""
+
+ITEM_LISTS = 5
+"""Item lists of each class."""
+
 PACKED_BY = HEURISTICS[:40:5]
 """Heuristics with all eight space rules and all five placement rules, with the first bin rule."""
 
@@ -197,8 +203,8 @@ def packing_gains(
     lab: Lab,
     specs: Sequence[str] = REJECTING,
     *,
-    judge: str,
-    instances: int = 5,
+    judge: str = JUDGE,
+    instances: int = ITEM_LISTS,
     heuristics: Sequence[Heuristic] = PACKED_BY,
 ) -> list[PackingTask]:
     """Pack item lists of all classes with every method that rejects, and without any.

@@ -37,6 +37,9 @@ COSTED = (
 )
 """Methods that are measured."""
 
+ITEMS = 200
+"""Number of items that are loaded."""
+
 _DRAWS = 3
 _SUPPORT = 0.8
 _STACK = 20
@@ -202,7 +205,7 @@ class CurvesUnit(Asked[MeasuredCurves], question="cost of a placement"):
 
 
 def session_curves(
-    lab: Lab, specs: Sequence[str] = COSTED, *, count: int = 200
+    lab: Lab, specs: Sequence[str] = COSTED, *, count: int = ITEMS
 ) -> tuple[list[SessionCurve], Mapping[str, str]]:
     """Cost of a placement against the number of items loaded, by scene and method.
 

@@ -24,7 +24,7 @@ class Shown:
 
 @row
 class Found:
-    """Costs of placements, and gains of packing heuristics; what was not measured is empty."""
+    """Costs of placements, and gains of packing heuristics."""
 
     curves: Sequence[SessionCurve]
     tasks: Sequence[PackingTask]
