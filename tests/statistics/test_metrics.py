@@ -15,6 +15,7 @@ from steadyload.statistics.metrics import (
     median,
     outcomes,
     quantile,
+    ratio,
     share,
     weighted_share,
 )
@@ -83,6 +84,19 @@ def test_intervals_of_rare_events_cover_where_lists_are_alike(lists, size, rate)
     rates = random.beta(rate * 49.0, (1.0 - rate) * 49.0, (300, lists))
     found = [share(random.random(lists * size) < np.repeat(own, size), clusters) for own in rates]
     assert np.mean([f.low <= rate <= f.high for f in found]) > 0.92
+
+
+def test_a_ratio_is_that_of_two_means_over_the_same_cases():
+    random = np.random.default_rng(2)
+    below = random.gamma(4.0, 1.0, 400)
+    same = ratio(3.0 * below, below)
+    assert (same.value, same.low, same.high, same.n) == pytest.approx((3.0, 3.0, 3.0, 400))
+    above = below + random.normal(0.0, 1.0, 400)
+    found = ratio(above, below)
+    half = 1.96 * (above - found.value * below).std() / math.sqrt(400) / below.mean()
+    assert found.value == pytest.approx(above.mean() / below.mean())
+    assert (found.value - found.low, found.high - found.value) == pytest.approx((half,) * 2, rel=0.1)
+    assert math.isnan(ratio([], []).value)
 
 
 def test_the_bootstrap_covers_like_the_normal_law():

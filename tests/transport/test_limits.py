@@ -13,6 +13,7 @@ from steadyload.transport.balance import Mode
 from steadyload.transport.errors import TransportError
 from steadyload.transport.history import constant, trapezoid
 from steadyload.transport.limits import RESOLUTION, around, limits
+from steadyload.transport.recording import record_ride
 from steadyload.transport.riding import LoadedWorld
 from steadyload.transport.rules import Rule, rules
 from steadyload.transport.trials import under_history, under_rule
@@ -189,6 +190,14 @@ def test_a_rule_is_held_by_what_holds_its_levels():
     lying = tall[0]
     assert (lying.mode, lying.moved_item, lying.fell) == (Mode.TIPS, 0, ())
     assert lying.rotation_deg == pytest.approx(90.0, abs=3.0)
+
+
+def test_a_ride_is_recorded_for_as_long_as_its_rule_lasts_and_then_watches():
+    rule, method = rules()["en12195"], make_method("simulation@mujoco:frequency=480")
+    times = record_ride(FLAT, rule, 0.0, method).steps[-1].times
+    lasts = rule.history(rule.level(0.0)).duration
+    assert len(times) > 20
+    assert lasts < times[-1] <= lasts + rule.rest + 0.1
 
 
 def test_a_history_needs_a_method_that_knows_time():
