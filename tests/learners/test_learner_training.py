@@ -24,6 +24,7 @@ from steadyload.learners.jobs import (
 )
 from steadyload.learners.options import (
     NetworkKind,
+    Schedule,
     TrainingOptions,
     options_from,
     training_preset,
@@ -37,7 +38,7 @@ from steadyload.learners.search import (
     search_hyperparameters,
 )
 from steadyload.learners.sequences import HeldOut, joined, load_sequences, repeated
-from steadyload.learners.training import CHECKPOINT, Training
+from steadyload.learners.training import CHECKPOINT, Training, _rate
 from steadyload.learners.weights import load_arrays, load_weights
 
 ROOT = Path(__file__).parents[2]
@@ -339,6 +340,15 @@ def test_data_of_which_nothing_is_left_say_so(tmp_path):
 def test_options_that_cannot_be(values, message):
     with pytest.raises(LearnerError, match=message):
         options_from(values, where="here")
+
+
+def test_a_learning_rate_stays_or_goes_down_half_a_cosine_to_a_hundredth():
+    options = TrainingOptions(schedule=Schedule.COSINE, epochs=40)
+    assert [_rate(options, epoch) for epoch in (0, 10, 20, 40)] == pytest.approx(
+        [1.0, 0.01 + 0.99 * 0.5 * (1.0 + 0.5**0.5), 0.505, 0.01]
+    )
+    constant = dataclasses.replace(options, schedule=Schedule.CONSTANT)
+    assert _rate(constant, 17) == 1.0
 
 
 def test_presets_and_members():

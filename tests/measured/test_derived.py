@@ -85,6 +85,18 @@ def test_the_face_that_points_down(axis, degrees, face, tilt):
     assert found.tilt_deg == pytest.approx(tilt, abs=1e-5)
 
 
+def test_a_box_that_lies_on_a_face_is_tilted_by_nothing_however_it_is_turned():
+    """Rounding makes the cosine of no tilt larger than 1 for some of these."""
+    for angle in np.radians(np.arange(360.0)):
+        c, s = np.cos(angle), np.sin(angle)
+        for attitude, name in (
+            (np.array([c, 0.0, 0.0, s]), "-z"),
+            (np.array([0.0, c, s, 0.0]), "+z"),
+        ):
+            found = face_down(attitude)
+            assert (found.name, found.tilt_deg) == (name, pytest.approx(0.0, abs=1e-5))
+
+
 def test_the_face_of_a_corner_points_down_by_no_more_than_the_diagonal():
     """A turn about (1, -1, 0) by atan(sqrt 2) brings a diagonal of the cube upright."""
     found = face_down(turned((1.0, -1.0, 0.0), [np.arctan(np.sqrt(2.0))])[0])

@@ -95,7 +95,9 @@ def test_a_ratio_is_that_of_two_means_over_the_same_cases():
     found = ratio(above, below)
     half = 1.96 * (above - found.value * below).std() / math.sqrt(400) / below.mean()
     assert found.value == pytest.approx(above.mean() / below.mean())
-    assert (found.value - found.low, found.high - found.value) == pytest.approx((half,) * 2, rel=0.1)
+    assert (found.value - found.low, found.high - found.value) == pytest.approx(
+        (half,) * 2, rel=0.1
+    )
     assert math.isnan(ratio([], []).value)
 
 

@@ -528,6 +528,10 @@ def test_wrong_options_say_what_is_allowed(given, message):
         FitOptions(**({"engine": "mujoco"} | given))
 
 
+def test_a_budget_may_be_as_small_as_one_likes():
+    assert FitOptions("mujoco", budgets=(0.01, 100.0)).budgets == (0.01, 100.0)
+
+
 @pytest.mark.parametrize("engine", tuned_engines())
 @pytest.mark.parametrize("question", Question)
 def test_every_engine_that_a_simulation_was_tuned_for_can_be_fitted(engine, question):
