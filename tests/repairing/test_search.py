@@ -22,9 +22,15 @@ from plans import (
 
 from steadyload.layouts.model.layout import TOLERANCE, Item, Layout, Pallet
 from steadyload.methods import make_method
-from steadyload.repairing.confirmed import Confirmation, ConfirmedSearch, Stopped, changed_plan
+from steadyload.repairing.confirmed import (
+    Confirmation,
+    ConfirmedSearch,
+    Stopped,
+    _is_better,
+    changed_plan,
+)
 from steadyload.repairing.places import Places
-from steadyload.repairing.plan import Boxes, Kind, kept_in_order
+from steadyload.repairing.plan import Boxes, Kind, Worth, kept_in_order
 from steadyload.statics.bearing.crushing import first_crushed
 
 MARGIN = 0.5
@@ -91,6 +97,19 @@ def test_plans_that_one_moved_box_repairs_are_among_those_that_are_tried():
         for seed in range(8)
     ]
     assert sum(worth is not None and worth.moved == 1 for worth in least) >= 3
+
+
+def test_a_plan_is_better_with_fewer_moved_boxes_or_with_as_many_that_are_clearly_nearer():
+    now = Worth(left=0, volume=0.0, moved=2, distance=10.0, reordered=0)
+    for more, better in (
+        ({"moved": 1, "distance": 50.0}, True),
+        ({"moved": 3, "distance": 1.0}, False),
+        ({"left": 1, "volume": 5.0, "moved": 0, "distance": 0.0}, False),
+        ({"distance": 5.0}, True),
+        ({"distance": 9.999}, False),
+        ({"reordered": 1}, False),
+    ):
+        assert _is_better(replace(now, **more), now) == better
 
 
 # --- what is kept ---------------------------------------------------------------------------------
