@@ -16,6 +16,7 @@ from steadyload.config import (
     REQUIRED,
     ConfigError,
     bind,
+    number_from_zero,
     operand,
     option,
     positive_number,
@@ -208,3 +209,10 @@ def test_whatever_is_stated_is_bound_or_refused(cls, data):
         said = str(error)
     assert said.startswith("here: ")
     assert "allowed: " in said
+
+
+def test_a_number_from_zero_is_one_below_a_hundred_thousand():
+    assert [number_from_zero(text) for text in ("0", "0.05", "99999")] == [0.0, 0.05, 99999.0]
+    for text in ("-0.01", "100000", "nan"):
+        with pytest.raises(ValueError, match=f"'{text}'; allowed: a number, 0 or more, below 100"):
+            number_from_zero(text)

@@ -474,3 +474,11 @@ def test_aclpp_cannot_be_written(tmp_path, layouts):
     with pytest.raises(FormatError, match="cannot be written as aclpp"):
         write_layouts(tmp_path / "x", layouts, Format.ACLPP)
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("given", [17, io.StringIO("text"), None])
+def test_what_is_no_file_is_refused_by_what_is_allowed(given):
+    with pytest.raises(
+        TypeError, match=r"the file to read is .*; allowed: a path, bytes, or a file"
+    ):
+        list(read_layouts(given))

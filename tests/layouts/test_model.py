@@ -140,6 +140,13 @@ def test_a_floor_has_edges_where_an_item_overhangs_them():
         over.on("table")
 
 
+@pytest.mark.parametrize("place", [(-5, 0), (0, -5), (95, 0), (0, 95)])
+def test_a_floor_has_edges_whichever_side_an_item_overhangs(place):
+    x, z = map(float, place)
+    boxes = (item(0, (x, 0.0, z)), item(1, (40.0, 0.0, 40.0)))
+    assert Layout("a", PALLET, boxes).floor.has_edges
+
+
 def test_what_is_left_of_a_layout_stands_on_the_same_floor():
     items = (item(0, (20.0, 0.0, 0.0)), item(1, (-4.0, 0.0, 0.0)))
     over = Layout("a", PALLET, items)

@@ -16,7 +16,7 @@ from steadyload.measured.derived import (
     time_to_rest,
     velocities,
 )
-from steadyload.measured.simulating import LONGER, end_pose, simulated
+from steadyload.measured.simulating import LONGER, _substeps, end_pose, simulated
 
 SIDE = 0.1
 CUBE = (SIDE, SIDE, SIDE)
@@ -99,3 +99,11 @@ def test_the_last_pose_alone_is_that_of_the_whole_way():
         centre, attitude = end_pose(box, "mujoco", WorldSettings(friction=0.3), 480, times)
         assert centre == pytest.approx(found.positions[147], abs=1e-6)
         assert attitude == pytest.approx(found.attitudes[147], abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("span", "frequency", "count"),
+    [(0.01, 240.0, 3), (1 / 120, 240.0, 2), (0.1, 120.0, 12), (1e-4, 60.0, 1)],
+)
+def test_between_two_frames_are_whole_substeps_at_least_so_many_a_second(span, frequency, count):
+    assert _substeps(span, frequency) == count

@@ -114,14 +114,15 @@ def test_every_room_of_the_project_has_tests_that_exist():
 
 
 def test_a_fault_is_caught_by_the_test_that_sees_it(tmp_path, monkeypatch):
-    """In a small project: one line is tested, the other is not."""
+    """In a small project: one line is tested, the other is not, and a test fails anyhow."""
     copy = tmp_path / "project"
     (copy / ".src").mkdir(parents=True)
     (copy / "room").mkdir()
     source = "def half(n):\n    return n / 2\n\n\ndef other(n):\n    return n / 2\n"
     (copy / "room" / "module.py").write_text(source)
     (copy / "tests").mkdir()
-    test = "from module import half\n\n\ndef test_half():\n    assert half(4) == 2\n"
+    test = "from module import half\n\n\ndef test_odd():\n    assert half(3) == 1\n\n\n"
+    test += "def test_half():\n    assert half(4) == 2\n"
     (copy / "tests" / "test_module.py").write_text(test)
     monkeypatch.setitem(mutants.ROOMS, "room", ("tests",))
     monkeypatch.setenv("PYTHONPATH", str(copy / "room"))

@@ -22,6 +22,7 @@ from plans import (
 
 from steadyload.layouts.model.layout import TOLERANCE, Item, Layout, Pallet
 from steadyload.methods import make_method
+from steadyload.properties.transforms import quarter_turned
 from steadyload.repairing.confirmed import (
     Confirmation,
     ConfirmedSearch,
@@ -343,3 +344,13 @@ def test_a_box_is_turned_where_its_sides_differ(depth, turns):
     assert {*found[:, 3].tolist()} == turns
     assert far.tolist() == sorted(far.tolist())
     assert {*Places(boxes, ALL - {Kind.TURN}, 30.0).of(0, boxes.planned, MARGIN)[0][:, 3]} == {0.0}
+
+
+@pytest.mark.parametrize("offset", [(1.0, 2.0, 3.0), (0.0, 0.0, 0.5)])
+def test_a_turned_box_is_turned_with_its_centre_of_mass(offset):
+    item = Item(0, (4.0, 0.0, 6.0), (20.0, 10.0, 12.0), 4.0, offset)
+    plan = Layout("one", Pallet(60.0, 60.0, 60.0), (item,))
+    found = Boxes(plan).item(0, [7.0, 0.0, 9.0, 1.0])
+    [turned] = quarter_turned(plan).items
+    assert (found.size, found.mass_offset) == (turned.size, turned.mass_offset)
+    assert found.position == (7.0, 0.0, 9.0)
