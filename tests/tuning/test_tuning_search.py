@@ -170,7 +170,7 @@ from steadyload.tuning.search import Search
 if __name__ == "__main__":
     options = SearchOptions(
         "mujoco", population=6, generations=3, seed=3,
-        source=CaseSource(limit=12), model=CostModel({model}),
+        source=CaseSource(limit=8), model=CostModel({model}),
     )
     Search(Path(sys.argv[1]), options).run(workers=int(sys.argv[2]))
 """
