@@ -1,15 +1,12 @@
 """Every engine on a deck with edges: what stands near one, what falls, and what moves as ever."""
 
 import math
-from contextlib import closing
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from tested_engines import TESTED
 
 from steadyload.engines.registry import world_class
-from steadyload.engines.world import Box, WorldSettings
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.packing.packing import random_layouts
 from steadyload.methods.registry import make_method
@@ -58,16 +55,6 @@ def tipping_time(width, height, past):
     inertia = (width**2 + height**2) / 12.0 + h**2 + past**2
     k = math.sqrt(980.0 * h / inertia)
     return math.acosh(1.0 + math.radians(10.0) * h / past) / k
-
-
-@pytest.mark.parametrize("engine", TESTED)
-def test_a_fixed_box_is_where_it_was_put(engine):
-    centre = (0.4, 0.0, 1.3)
-    with closing(world_class(engine)(WorldSettings())) as world:
-        world.add_box(Box((0.2, 0.2, 0.2), 1.0, centre, fixed=True))
-        world.add_box(Box((0.2, 0.2, 0.2), 1.0, (-0.4, 0.0, 0.1)))
-        world.stepSimulation(0.01, 10, 0.001)
-        assert world.poses().centres[0] == pytest.approx(centre, abs=1e-6)
 
 
 @pytest.mark.parametrize("edge", ["left", "right"])

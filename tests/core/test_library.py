@@ -89,7 +89,8 @@ def test_an_array_is_as_long_as_it_is():
 
 @pytest.mark.skipif(not building.found(), reason="there is no C compiler")
 def test_a_library_that_is_built_takes_the_place_of_others_in_its_folder(tmp_path):
-    into = tmp_path / "a" / "b"
-    building.build(into, "older.lib", "-O0")
+    into = tmp_path / "lib"
+    into.mkdir()
+    (into / "older.lib").touch()
     assert building.build(into, "newer.lib", "-O0") == into / "newer.lib"
     assert [path.name for path in into.iterdir()] == ["newer.lib"]

@@ -41,7 +41,7 @@ ROOMS: dict[str, tuple[str, ...]] = {
     "harness/layouts": ("tests/layouts",),
     "harness/measured": ("tests/measured",),
     "harness/methods": ("tests/methods", "tests/golden", "tests/conformance"),
-    "harness/properties": ("tests/properties", "tests/studies/test_closed_forms.py"),
+    "harness/properties": ("tests/properties",),
     "harness/repairing": ("tests/repairing", "tests/app"),
     "harness/runs": ("tests/runs", "tests/studies/test_kit.py"),
     "harness/statics": ("tests/statics", "tests/methods", "tests/golden"),
