@@ -7,6 +7,7 @@ import torch
 
 from steadyload.atomic import manifest_text, verified_manifest
 from steadyload.cli import main
+from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.learners import LearnerError, shipping
@@ -106,9 +107,8 @@ def test_a_search_comes_before_the_training(tmp_path, capsys):
 )
 def test_wrong_input_is_one_sentence(words, message, tmp_path, capsys):
     file = tmp_path / "layout.json"
-    write_layouts(
-        file, [load_benchmark().layout("H1_Class_1_Instance_0_ULD_0", "S1")], Format.NATIVE
-    )
+    box = Item(0, (0.0, 0.0, 0.0), (10.0, 10.0, 10.0), 1.0)
+    write_layouts(file, [Layout("one", Pallet(80.0, 120.0, 120.0), (box,))], Format.NATIVE)
     words = [str(file) if word == "FILE" else word for word in words]
     assert main([*words, *(["-o", str(tmp_path / "x")] if words[0] != "score" else [])]) == 2
     shown = capsys.readouterr().err

@@ -223,7 +223,7 @@ def said_of_places(session, item, places):
 @pytest.mark.parametrize(
     "spec", ["fbs", "pbs0.7", "pbs:alpha=0", "sme", "equilibrium", "equilibrium:margin=1.5"]
 )
-@settings(FEW, max_examples=8)
+@settings(FEW, max_examples=4)
 @given(boxes=boxes, seed=st.integers(0, 1000))
 def test_places_are_feasible_where_the_item_could_be_placed(spec, floor, boxes, seed):
     session, draw = LoadingSession(replace(WIDE, floor=floor), spec), np.random.default_rng(seed)

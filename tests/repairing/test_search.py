@@ -37,7 +37,7 @@ from steadyload.statics.bearing.crushing import first_crushed
 MARGIN = 0.5
 ALL = frozenset(Kind)
 KEEPING = ALL - {Kind.LEAVE}
-FEW = settings(max_examples=8, derandomize=True)
+FEW = settings(max_examples=6, derandomize=True)
 
 
 def balanced(plan):
@@ -76,7 +76,7 @@ def assert_none_is_better(plan, most_moved, **how):
     return other
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("boxes", [3, 4])
 def test_no_plan_with_one_moved_box_is_missed(boxes, seed):
     assert_none_is_better(failing_plan(seed, boxes), 1, most_left=0)
@@ -154,7 +154,7 @@ def test_a_changed_plan_crushes_no_box():
     assert first_crushed(changed) is None
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(4))
 def test_no_box_stands_out_over_the_deck_further_than_in_the_plan(seed):
     plan = failing_plan(seed, 7, overhang=10.0)
     widest = replace(plan.items[0], position=(-4.0, 0.0, 0.0), size=(5.0, 5.0, 5.0), name="out")
