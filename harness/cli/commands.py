@@ -141,8 +141,7 @@ RENAMED: Mapping[str, str] = {
     "report": "study report",
     "table5": "study evaluation",
     "sensitivity": "study sensitivity",
-    "real": "study evaluation --directory real --question both --timeout 20 --small 60 "
-    "--pallets 60",
+    "real": "study evaluation --directory real --question both --timeout 20",
     "cascade page": "study cascade",
     "compare-presets": "study tuning",
     "tuned": "study tuning",

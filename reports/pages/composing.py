@@ -11,11 +11,12 @@ from pathlib import Path
 from typing import Any
 
 import jinja2
+import pandas as pd
 from matplotlib.figure import Figure
 
 from steadyload.errors import UserError
 from steadyload.escaping import markdown
-from steadyload.reports import columns, table
+from steadyload.reports import columns, frames, table
 from steadyload.reports.charts.drawing import Chart
 from steadyload.reports.charts.kinds import KINDS
 from steadyload.reports.charts.rows import ChartError
@@ -70,7 +71,8 @@ def composed(template: Path, values: Mapping[str, Any], made_with: Mapping[str, 
     In a template stand, each where its block is to be, and with the caption as the body of its
     ``call`` block:
 
-    * ``table(rows, chosen, titles)`` of :func:`steadyload.reports.columns.table`, with or without;
+    * ``table(rows, chosen, titles)`` of :func:`steadyload.reports.columns.table`, or of a frame, of
+      :func:`steadyload.reports.frames.table`, with or without;
     * ``KIND(name, ...)`` for a kind of :data:`steadyload.reports.charts.kinds.KINDS`, with the name
       of its file, and what the kind takes;
     * ``as_it_is(text)`` for Markdown that comes with the results, whose lines stay;
@@ -139,12 +141,15 @@ def page_environment(folder: Path, blocks: list[Block]) -> jinja2.Environment:
         return _Place(f"\n\n\ue000{len(blocks) - 1}\ue001\n\n")
 
     def tabulated(
-        rows: Sequence[Any],
+        rows: Sequence[Any] | pd.DataFrame,
         chosen: str = "",
         titles: Mapping[str, str] | None = None,
         caller: Callable[[], str] = str,
     ) -> str:
-        return placed(columns.table(rows, chosen, _flowing(caller()), titles))
+        caption = _flowing(caller())
+        if isinstance(rows, pd.DataFrame):
+            return placed(frames.table(rows, chosen, caption, titles))
+        return placed(columns.table(rows, chosen, caption, titles))
 
     def chart(
         name: str,

@@ -332,9 +332,8 @@ def real(tmp_path_factory, networks):
     """The work folder of an evaluation on layouts of real size, on a few of them."""
     work = tmp_path_factory.mktemp("real")
     methods = ("fbs", "settling", *networks.values())
-    Evaluation(methods=methods, directory="real", asked="both", timeout=20.0, limit=4, small=4).run(
-        Lab(work, workers=0)
-    )
+    study = Evaluation(methods=methods, directory="real", asked="both", timeout=20.0, limit=4)
+    study.run(Lab(work, workers=0))
     return work
 
 

@@ -32,7 +32,7 @@ def run(tmp_path_factory):
 @pytest.fixture(scope="module")
 def evaluation(tmp_path_factory):
     folder = tmp_path_factory.mktemp("evaluation")
-    study = Evaluation(methods=METHODS, limit=4, timed=2, repeats=1)
+    study = Evaluation(methods=METHODS, limit=4)
     return write_page(study.page(study.run(Lab(folder, 0))), folder / "page").with_suffix(".html")
 
 

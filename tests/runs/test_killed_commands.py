@@ -251,7 +251,7 @@ COMMANDS = {
         "--left-out 0.2 -o out", weights,
     ),
     "evaluation": (
-        "study evaluation -m fbs -m sme -m equilibrium --limit 3 --timed 2 --repeats 1 -j 2 "
+        "study evaluation -m fbs -m sme -m equilibrium --limit 3 -j 2 "
         "--work out -o page", spatial_verdicts,
     ),
 }  # fmt: skip

@@ -17,6 +17,7 @@ import jinja2
 from jinja2 import meta, nodes
 
 from steadyload.reports.charts.kinds import KINDS
+from steadyload.reports.frames import COLUMNS
 
 _KEEPING = {"sort", "list", "reverse", "selectattr", "rejectattr", "unique"}
 """Filters whose result has the elements of what they are given."""
@@ -47,7 +48,8 @@ def wrong_names(template, environment, **of):
     Args:
         template: its text.
         environment: of Jinja, with the filters and functions of pages.
-        of: types of what the page names, such as ``found``.
+        of: types of what the page names, such as ``found``; where that is a namespace, tables are
+            of frames, and their columns are those of the registry.
     """
     try:
         tree = environment.parse(template)
@@ -58,7 +60,7 @@ def wrong_names(template, environment, **of):
     # What Jinja finds itself folds constants in the tree that it is given.
     unknown = meta.find_undeclared_variables(environment.parse(template)) - known
     faults = [f"nothing is named {name}" for name in sorted(unknown)]
-    checker = _Checker()
+    checker = _Checker(of_frames=issubclass(of.get("found") or object, types.SimpleNamespace))
     checker.walk(tree, dict(of))
     return faults + list(dict.fromkeys(checker.faults))
 
@@ -71,8 +73,8 @@ def faults_of(study, environment_of):
 
 
 class _Checker:
-    def __init__(self):
-        self.faults = []
+    def __init__(self, *, of_frames=False):
+        self.faults, self.of_frames = [], of_frames
 
     def walk(self, node, scope):
         match node:
@@ -112,6 +114,8 @@ class _Checker:
     def attribute(self, of, name, line):
         """The type of an attribute; a fault where a record has none of the name."""
         of = _plain(of)
+        if isinstance(of, type) and issubclass(of, types.SimpleNamespace):
+            return typing.get_type_hints(of).get(name)
         if not _is_record(of):
             return None
         hints = typing.get_type_hints(of)
@@ -149,6 +153,11 @@ class _Checker:
     def _table(self, node, scope):
         """Columns that a table names."""
         of = _element(self.type_of(node.args[0], scope))
+        if of is None and self.of_frames and len(node.args) > 1:
+            for text in (t for arg in node.args[1:2] for t in _constants(arg)):
+                for name in text.split():
+                    if name.partition(".")[0].partition(":")[0] not in COLUMNS:
+                        self.faults.append(f"line {node.lineno}: no column {name}")
         chosen = [*node.args[1:2], *(k.value for k in node.kwargs if k.key == "chosen")]
         titles = [*node.args[2:3], *(k.value for k in node.kwargs if k.key == "titles")]
         names = [n for c in chosen if isinstance(c, nodes.Const) for n in c.value.split()]
@@ -209,6 +218,15 @@ class _Checker:
                 if len(inner) == 2:
                     return list[tuple[inner]] if name == "items" else list[inner[1]]
         return None
+
+
+def _constants(node):
+    """Texts in an expression that is put together of some, or chosen among some."""
+    if isinstance(node, nodes.CondExpr):
+        return [t for part in (node.expr1, node.expr2) for t in _constants(part)]
+    if isinstance(node, nodes.Const):
+        return [node.value]
+    return [t for part in node.iter_child_nodes() for t in _constants(part)]
 
 
 def _texts(argument):

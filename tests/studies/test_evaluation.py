@@ -14,7 +14,6 @@ from steadyload.app.recommend.folder import measured_in
 from steadyload.app.recommend.kept import SPATIAL
 from steadyload.cli import main
 from steadyload.layouts.benchmark import load_benchmark
-from steadyload.layouts.benchmark.dataset import KEYS
 from steadyload.layouts.model.question import Question
 from steadyload.methods import registry
 from steadyload.methods.contract.method import RefusedError, judge
@@ -22,39 +21,27 @@ from steadyload.methods.contract.spec import parse_spec
 from steadyload.methods.naming import method_key
 from steadyload.methods.registry import make_method
 from steadyload.methods.rules.base_support import FullBaseSupport
+from steadyload.runs import frames
 from steadyload.runs.able import asked_question
 from steadyload.runs.comparison import Compared
 from steadyload.runs.definition import StudyDefinition
-from steadyload.runs.evaluation import ALL, MethodEvaluation
+from steadyload.runs.evaluation import ALL
 from steadyload.runs.labels import load_labels
 from steadyload.runs.paper import paper
 from steadyload.runs.runner import run_study
-from steadyload.statistics.metrics import mean, share
+from steadyload.statistics.metrics import mean
 from steadyload.statistics.paired import detectable, holm
-from steadyload.studies.evaluation import judging
-from steadyload.studies.evaluation.comparing import (
-    JudgedSet,
-    compare,
-    same_order,
-    unlike_the_paper,
-)
-from steadyload.studies.evaluation.costing import body_substeps_of
-from steadyload.studies.evaluation.crossed import crossed
+from steadyload.studies.evaluation import judging, methods
+from steadyload.studies.evaluation.comparing import compare, unlike_the_paper
 from steadyload.studies.evaluation.judging import Options, judged_and_timed, tunings
+from steadyload.studies.evaluation.methods import same_order
 from steadyload.studies.evaluation.study import Evaluation
 from steadyload.studies.kit import Lab
 
 SPECS = ("fbs", "sme", "equilibrium")
-FEW = ("--limit", "3", "--timed", "2", "--repeats", "1", "-j", "1")
+FEW = ("--limit", "3", "-j", "1")
 pytestmark = pytest.mark.usefixtures("file_in_this_process")
-ASKED = (
-    "study",
-    "evaluation",
-    *(word for spec in SPECS for word in ("-m", spec)),
-    *FEW,
-    "--views",
-    "1",
-)
+ASKED = ("study", "evaluation", *(word for spec in SPECS for word in ("-m", spec)), *FEW)
 
 
 @pytest.fixture(scope="module")
@@ -143,22 +130,20 @@ def test_times_are_told_as_multiples_of_those_of_sme(written):
 
 
 def test_body_substeps_are_the_mean_over_cases_of_one_judgement_each():
-    cases = pd.MultiIndex.from_tuples([("a", "S1"), ("b", "S1"), ("a", "S2a")], names=KEYS)
     steps = {"ps3@mujoco": (100, 300, 500), "fbs": (0, 0, 0)}
-    table = pd.DataFrame(
+    frame = pd.DataFrame(
         [
-            (*case, spec, repetition, (1 + 9 * repetition) * step)
+            {"layout": name, "scenario": "S1", "method": spec, "key": None, "title": spec,
+             "body_substeps": step, "status": "done", "cluster": name, "items": 2, "expected": 2,
+             "cpu": 1.0, "wall": 1.0, "yardstick": 1.0, "unit": 1.0, "gave_labels": False,
+             "brief": True, "long": True, **dict.fromkeys(methods._SHARES, True)}
             for spec, own in steps.items()
-            for case, step in zip(cases, own, strict=True)
-            for repetition in (0, 1)
-        ],
-        columns=[*KEYS, "method", "repetition", "body_substeps"],
-    )
-    judged = types.SimpleNamespace(
-        results=table, said=pd.DataFrame(index=cases), clusters=pd.Series(["p", "q", "r"], cases)
-    )
-    assert body_substeps_of(judged, "ps3@mujoco").value == 300.0
-    assert body_substeps_of(judged, "fbs") is None
+            for name, step in zip("abc", own, strict=True)
+        ]
+    ).assign(key=lambda d: [method_key(make_method(spec)) for spec in d["method"]])  # fmt: skip
+    found = methods.every_method(frame, {}, "fbs")["body_substeps"]
+    assert found["ps3@mujoco"].value == 300.0
+    assert pd.isna(found["fbs"])
 
 
 def test_all_tables_say_how_many(written):
@@ -171,19 +156,17 @@ def test_all_tables_say_how_many(written):
         assert {"n", "cases"} & {*cells} or "(n " in header or cells[0] == "layout"
 
 
-def test_a_case_to_watch_is_linked_where_it_was_written(written):
+def test_a_case_to_watch_divides_the_methods_that_it_names(written):
     text = details(written / "page")
-    linked = dict(re.findall(r"\[(\w+)\]\((views/\w+\.html)\)", text))
-    assert len(linked) == 1
-    for layout, view in linked.items():
-        page = (written / "page" / view).read_text()
-        assert layout in page
-        assert "THREE" in page
-        # The case is among those that the methods part on, and both sides are played.
-        row = next(line for line in text.splitlines() if f"[{layout}]" in line)
-        right, wrong = (row.split("|")[k].strip() for k in (5, 6))
-        for title in (right, wrong.split(":")[0]):
-            assert title.lower() in page.lower()
+    header, *lines = rows(text, "## Cases to watch")
+    assert lines
+    for line in lines:
+        told = dict(zip(header, line, strict=True))
+        wrong, step = told["wrong"].rsplit(": ", 1)
+        assert step != told["label"]
+        assert {told["right"], wrong} <= {"FBS", "SME", "Equilibrium"}
+        assert told["right"] != wrong
+        assert f"--layout {told['layout']}_{told['scenario']} -m " in text
 
 
 def test_a_method_is_recommended_by_the_times_of_the_timing_pass(written):
@@ -198,7 +181,7 @@ def test_a_method_is_recommended_by_the_times_of_the_timing_pass(written):
         cpu = next(cell for name, cell in shown.items() if name.startswith("CPU"))
         assert float(cpu.split()[0]) == pytest.approx(entry.cpu.value, rel=0.01)
     assert (front.part, front.cases, front.question) == ("test", 9, "within")
-    assert front.times.startswith("mean of 6 cases, one thread")
+    assert front.times.startswith("mean of 9 cases, one thread")
 
 
 def test_an_interrupted_run_goes_on_to_the_same_page(written, undrawn, undrawn_text):
@@ -271,38 +254,37 @@ def test_a_few_refused_cases_cost_no_method_its_times(
     names = [*dict.fromkeys(load_benchmark().select("test", limit=4)["layout"])]
     assert len(names) == 12  # a layout a case
     monkeypatch.setattr(choosy, "refuses", tuple(names[:refused]))
-    asked = Options(methods=("fbs", "choosy"), limit=4, timed=4, repeats=1)
+    asked = Options(methods=("fbs", "choosy"), limit=4)
     spatial = judged_and_timed(Lab(tmp_path, 0), asked)[SPATIAL].timed
-    timing = compare(Lab(tmp_path, 0), asked).own.timing
+    timing = compare(Lab(tmp_path, 0), asked).sets[0]["timing"]
     assert {len(found[0]) for found in spatial.times.cpu.values()} == {len(spatial.cases)}
-    assert timing.layouts == len(spatial.cases)
+    assert timing["layouts"] == len(spatial.cases)
     if timed:
         assert list(spatial.times.cpu) == ["fbs", "choosy"]
         assert {name for name, _ in spatial.cases} == set(names[1:])
-        assert (timing.untimed, timing.refused) == ({}, {"choosy": 1})
+        assert (timing["untimed"], timing["refused"]) == ({}, {"choosy": 1})
     else:
         assert list(spatial.times.cpu) == ["fbs"]
         assert {name for name, _ in spatial.cases} == set(names)
-        assert timing.untimed == {"choosy": "of 12 cases to be timed 2 refused"}
+        assert timing["untimed"] == {"choosy": "of 12 cases to be timed 2 refused"}
 
 
 def test_a_page_whose_methods_all_refuse_says_that_nothing_was_timed(choosy, monkeypatch, tmp_path):
     names = load_benchmark().select("test", limit=2)["layout"]
     monkeypatch.setattr(choosy, "refuses", tuple(names))
-    asked = Options(methods=("choosy",), limit=2, timed=1, repeats=1)
+    asked = Options(methods=("choosy",), limit=2)
     found = compare(Lab(tmp_path, 0), asked)
-    assert found.own.timing.untimed == {"choosy": "of 3 cases to be timed 3 refused"}
+    assert found.sets[0]["timing"]["untimed"] == {"choosy": "of 6 cases to be timed 6 refused"}
     page = Evaluation(methods=asked.methods).page(found)
     [text] = [part.placed[0] for part in page.sections if part.title == "Time a layout"]
-    assert "choosy was not timed: of 3 cases to be timed 3 refused" in text
+    assert "choosy was not timed: of 6 cases to be timed 6 refused" in text
 
 
 def test_the_table_is_made_on_another_set(tmp_path):
     """Its 3-D methods judge the named set, and the page and its commands say so."""
     lists = load_benchmark("lists").select("test", limit=2)
     words = ["study", "evaluation", "-m", "fbs", "-m", "sme", "--directory", "lists"]
-    words += ["--limit", "2"]
-    words += ["--timed", "1", "--repeats", "1", "-j", "1", "--work", str(tmp_path / "work")]
+    words += ["--limit", "2", "-j", "1", "--work", str(tmp_path / "work")]
     assert main([*words, "-o", str(tmp_path / "page")]) == 0
     judged = load_labels(tmp_path / "work" / SPATIAL)
     assert judged.index.tolist() == list(zip(lists["layout"], lists["scenario"], strict=True))
@@ -314,8 +296,9 @@ def test_one_run_answers_both_questions(tmp_path, monkeypatch):
     """The second page judges and times nothing anew; it has other labels and other methods."""
     usual = ("sme", "lstm_1", "lstm_1:question=stands")
     monkeypatch.setattr(judging, "standard_methods", lambda: usual)
+    monkeypatch.setattr(judging, "TIMED", 1)
     words = ["study", "evaluation", "--directory", "lists", "--limit", "60", "-j", "1"]
-    words += ["--timed", "1", "--repeats", "1", "--work", str(tmp_path / "work")]
+    words += ["--work", str(tmp_path / "work")]
     assert main([*words, "-o", str(tmp_path / "within")]) == 0
     kept = {path: path.stat().st_mtime_ns for path in (tmp_path / "work").rglob("*-*.*")}
     assert main([*words, "--question", "stands", "-o", str(tmp_path / "stands")]) == 0
@@ -381,11 +364,6 @@ def stated():
     return lambda spec: {name: getattr(make_method(spec).parameters, name) for name in names}
 
 
-def judged(**parts):
-    """A judged set of which only some parts are looked at."""
-    return JudgedSet(**{f.name: None for f in dataclasses.fields(JudgedSet)} | parts)
-
-
 def keys_of(*specs):
     return [method_key(make_method(spec)) for spec in specs]
 
@@ -399,41 +377,45 @@ def test_a_page_says_which_rows_are_not_the_papers_own():
     assert unlike_the_paper(keys_of("sme", "ps3-literal@bullet", "ps_opt@bullet")) == (None, False)
 
 
+def verdicts_of(right, specs=SIMULATED):
+    """A frame of verdicts by whether methods are right, a layout a case."""
+    return pd.DataFrame(
+        [
+            {"layout": f"l{k}", "scenario": "S1", "method": spec, "cluster": k, "right": own}
+            for spec in specs
+            for k, own in enumerate(right[spec])
+        ]
+    )
+
+
 def test_what_each_engine_was_tuned_for_is_not_told_as_what_the_engine_changes():
-    keys = [method_key(make_method(spec)) for spec in SIMULATED]
-    tests = Compared({key: np.arange(8) % 3 == 0 for key in keys}, np.arange(8)).pairs()
-    own = judged(tests={ALL: tests}, tunings=tunings(SIMULATED))
-    said = {
-        same: {(t.first.spec, t.second.spec) for t in (own.one_tuning if same else own.one_engine)}
-        for same in (True, False)
-    }
-    assert said[True] == {("ps3@bullet", "ps3@mujoco")}
-    assert said[False] == {("ps3@bullet", "ps_opt@bullet"), ("ps3@mujoco", "ps_opt@mujoco")}
+    keys = {spec: method_key(make_method(spec)) for spec in SIMULATED}
+    tests = frames.pairs(verdicts_of(dict.fromkeys(SIMULATED, np.arange(8) % 3 == 0)))
+    found = methods.engines_and_tunings(tests, keys)
+    assert list(found["one_tuning"].index) == [("ps3@bullet", "ps3@mujoco")]
+    assert list(found["one_engine"].index) == [
+        ("ps3@bullet", "ps_opt@bullet"), ("ps3@mujoco", "ps_opt@mujoco"),
+    ]  # fmt: skip
 
 
 def test_the_page_compares_every_method_with_the_best_alone():
-    keys = [method_key(make_method(spec)) for spec in SIMULATED]
     random = np.random.default_rng(1)
-    right = {key: random.random(40) < 0.95 - 0.08 * n for n, key in enumerate(keys)}
-    tests = Compared(right, np.arange(40)).pairs()
-    rows = [MethodEvaluation(key, accuracy=share(right[key])) for key in keys]
-    shown = types.SimpleNamespace(
-        methods=rows,
-        best=max(rows, key=lambda one: one.accuracy.value),
-        groups=(ALL,),
-        labelled=types.SimpleNamespace(cases=40),
-    )
-    own = judged(evaluation=shown, tests={ALL: tests}, tunings=tunings(SIMULATED),
-                 timing=types.SimpleNamespace(yardstick=None))  # fmt: skip
-    mine = tests.versus(own.best.method).tests
-    assert own.alike.tests == [t for t in mine if not t.significant]
-    assert 0 < len(own.alike.tests) < own.alike.others == len(mine) == 5
-    shown = [detectable(t.difference, 40, 5) for t in own.alike.tests]
-    assert own.alike.shown == (min(shown), max(shown))
-    [[best, rows]] = own.against.items()
-    assert best == own.best.method
-    assert [one.test.corrected for one in rows] == [t.corrected for t in mine]
-    assert [t.corrected for t in own.one_tuning] == holm([t.p for t in own.one_tuning])
+    right = {s: random.random(40) < 0.95 - 0.08 * n for n, s in enumerate(SIMULATED)}
+    tests = frames.pairs(verdicts_of(right))
+    keys = {spec: method_key(make_method(spec)) for spec in SIMULATED}
+    best = max(right, key=lambda spec: right[spec].mean())
+    family = Compared({s: own.astype(float) for s, own in right.items()}, np.arange(40))
+    mine = family.versus(best).tests
+    rows = pd.DataFrame({"title": [keys[s].title for s in SIMULATED]}, list(SIMULATED))
+    alike = methods.alike(frames.versus(tests, best), dict(rows["title"]))
+    assert alike["titles"] == [keys[t.first].title for t in mine if not t.significant]
+    assert 0 < len(alike["titles"]) < alike["others"] == len(mine) == 5
+    shown = [detectable(t.difference, 40, 5) for t in mine if not t.significant]
+    assert alike["shown"] == sorted({min(shown), max(shown)})
+    against = methods.against({frames.ALL: tests}, rows, best)
+    assert list(against["corrected"]) == [t.corrected for t in mine]
+    found = methods.engines_and_tunings(tests, keys)["one_tuning"]
+    assert list(found["corrected"]) == holm(list(found["p"]))
 
 
 def test_a_pair_that_is_equal_in_the_paper_is_no_order_to_be_kept():
@@ -449,12 +431,14 @@ def test_a_pair_that_is_equal_in_the_paper_is_no_order_to_be_kept():
         ),
     )
 
-    def summary(spec, right):
-        return MethodEvaluation(method_key(make_method(spec)), accuracy=mean([right]))
+    assert same_order(few, accuracies({"fbs": 0.5, "sme": 0.8, "lstm_e-paper": 0.9})) == (2, 2)
+    assert same_order(few, accuracies({"fbs": 0.5, "sme": 0.8, "lstm_e-paper": 0.5})) == (1, 2)
 
-    ours = [summary("fbs", 0.5), summary("sme", 0.8), summary("lstm_e-paper", 0.9)]
-    assert same_order(few, ours) == (2, 2)
-    assert same_order(few, [*ours[:2], summary("lstm_e-paper", 0.5)]) == (1, 2)
+
+def accuracies(of):
+    """Rows of methods of which the accuracy alone is looked at."""
+    keys = [method_key(make_method(spec)) for spec in of]
+    return pd.DataFrame({"key": keys, "right": [mean([own]) for own in of.values()]}, [*of])
 
 
 def test_only_like_is_compared_with_like():
@@ -470,36 +454,30 @@ def test_only_like_is_compared_with_like():
         assert printed.like(key) is None
         assert printed.row_of(key).title == title
 
-    def summary(spec, right):
-        return MethodEvaluation(method_key(make_method(spec)), accuracy=mean([right]))
-
     # Better than SME by the converted numbers, worse in the reading that the paper prints.
-    ours = [summary("sme", 0.8), summary("ps3@bullet", 0.9), summary("ps3-literal@bullet", 0.7)]
-    assert same_order(printed, ours) == (1, 1)
-    assert same_order(printed, ours[:2]) == (0, 0)
+    ours = {"sme": 0.8, "ps3@bullet": 0.9, "ps3-literal@bullet": 0.7}
+    assert same_order(printed, accuracies(ours)) == (1, 1)
+    assert same_order(printed, accuracies({k: ours[k] for k in ("sme", "ps3@bullet")})) == (0, 0)
 
 
 def of_heuristics(right, names):
     """Standard errors of a method on cases of layouts with these names."""
-    key = method_key(make_method("sme"))
-    lists = [name.partition("_")[2] for name in names]
-    cases = pd.MultiIndex.from_tuples([(name, "S1") for name in names], names=KEYS)
-    evaluation = types.SimpleNamespace(
-        judged=types.SimpleNamespace(said=pd.DataFrame(index=cases)),
-        compared=lambda: Compared({key: right}, lists),
-    )
-    few = [types.SimpleNamespace(own=types.SimpleNamespace(method=key))]
-    return crossed(types.SimpleNamespace(evaluation=evaluation, few=few))
+    frame = pd.DataFrame({
+        "layout": names, "scenario": "S1", "method": "sme", "right": right,
+        "cluster": [name.partition("_")[2] for name in names],
+    })  # fmt: skip
+    rows = pd.DataFrame({"title": ["SME"], "right": [mean(right)]}, ["sme"])
+    return methods.crossed(frame, rows, ["sme"])
 
 
 def test_a_method_that_errs_with_a_heuristic_errs_so_on_other_lists():
     names = [f"H{h}_Class_1_Instance_{k}_ULD_0" for h in range(1, 9) for k in range(30)]
     by_heuristic = [name.startswith(("H1_", "H2_")) for name in names]
-    [row] = of_heuristics(by_heuristic, names)
+    row = of_heuristics(by_heuristic, names).iloc[0]
     assert row.by_list == pytest.approx(0.0)
     assert row.by_both == pytest.approx(100.0 * (0.25 * 0.75 * (1 / 8 - 1 / 240)) ** 0.5)
     by_list = [k % 3 == 0 for _ in range(8) for k in range(30)]
-    [row] = of_heuristics(by_list, names)
+    row = of_heuristics(by_list, names).iloc[0]
     assert row.by_list == pytest.approx(100.0 * (2 / 9 / 30) ** 0.5)
     assert row.ratio == pytest.approx(1.0)
-    assert of_heuristics(by_list, [*names[:-1], "BR6-1 packvium 1"]) == ()
+    assert of_heuristics(by_list, [*names[:-1], "BR6-1 packvium 1"]).empty

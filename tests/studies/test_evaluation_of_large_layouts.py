@@ -10,7 +10,7 @@ import pytest
 
 from steadyload.app.recommend import kept
 from steadyload.app.recommend.folder import measured_in
-from steadyload.app.recommend.front import front_for
+from steadyload.app.recommend.front import Measured, front_for
 from steadyload.app.recommend.kept import REAL, load_fronts
 from steadyload.app.recommend.measured import front_of
 from steadyload.cli import main
@@ -34,16 +34,14 @@ from steadyload.reports.pages.writing import write_page
 from steadyload.reports.table import significant
 from steadyload.runs import judged as judged_module
 from steadyload.runs.able import able_methods
-from steadyload.runs.costs import limited_costs
-from steadyload.runs.definition import StudyError
 from steadyload.runs.evaluation import evaluate
 from steadyload.runs.judged import load_judged
-from steadyload.studies.evaluation.costing import cost_in, growth_of
-from steadyload.studies.evaluation.delivered import CUSTOMERS, DELIVERED, PACKERS
 from steadyload.studies.evaluation.floors import FLOORS
-from steadyload.studies.evaluation.judging import limited_methods
-from steadyload.studies.evaluation.parts import CONSTANT, CasePart
+from steadyload.studies.evaluation.judging import Options, Ran, limited_methods
+from steadyload.studies.evaluation.methods import by_method, cheapest_near, exponents
+from steadyload.studies.evaluation.places import CONSTANT
 from steadyload.studies.evaluation.study import Evaluation
+from steadyload.studies.evaluation.verdicts import CUSTOMERS, PACKERS, costed
 from steadyload.studies.kit import Lab
 
 WITHIN, STANDS = Question.WITHIN, Question.STANDS
@@ -100,9 +98,7 @@ def folder(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def study(folder):
-    return Evaluation(
-        methods=ASKED, directory=str(folder), asked="both", timeout=SHORT, sizes=(4,), pallets=5
-    )
+    return Evaluation(methods=ASKED, directory=str(folder), asked="both", timeout=SHORT)
 
 
 @pytest.fixture(scope="module")
@@ -126,9 +122,9 @@ def right(estimate):
 
 
 def results(found, question):
-    """Results of a question by spec."""
-    [own] = [one for one in found.sets if one.question is question]
-    return {one.own.method.spec: one for one in own.results}
+    """The rows of methods of a question."""
+    [own] = [one for one in found.sets if one["question"] is question]
+    return own["rows"]
 
 
 @pytest.mark.parametrize(
@@ -146,35 +142,35 @@ def results(found, question):
     ],
 )
 def test_both_questions_have_their_accuracies(found, spec, question, overall, failing):
-    one = results(found, question)[spec]
-    assert (right(one.own.accuracy), right(one.failing)) == (overall, failing)
+    one = results(found, question).loc[spec]
+    assert (right(one["right"]), right(one["right_failing"])) == (overall, failing)
 
 
 def test_a_method_is_compared_for_the_question_that_it_judges(found):
-    assert list(results(found, WITHIN)) == [*ASKED]
-    assert list(results(found, STANDS)) == [*ASKED[:2]]
-    assert right(results(found, WITHIN)["lstm_e"].own.stands) == (5, 8)
+    assert list(results(found, WITHIN).index) == [*ASKED]
+    assert list(results(found, STANDS).index) == [*ASKED[:2]]
+    assert right(results(found, WITHIN).loc["lstm_e", "right_stands"]) == (5, 8)
 
 
 def test_a_refusal_is_wrong_and_counted_apart(found):
-    rows = [one.own for one in results(found, WITHIN).values()]
-    assert [dict(r.without_verdict) for r in rows] == [{}, {}, {"refused": 2}, {"timeout": 8}]
+    rows = results(found, WITHIN)
+    assert rows["lost"].dropna().to_dict() == {
+        "lstm_e": {"refused": 2}, "ps3@mujoco": {"timeout": 8},
+    }  # fmt: skip
     # Three methods are right on six of eight cases; the first of them is the best.
-    assert [r.behind and r.behind.value for r in rows] == [None, 0.0, 0.0, -0.75]
+    behind = {method: one.value for method, one in rows["behind"].dropna().items()}
+    assert behind == {ASKED[1]: 0.0, "lstm_e": 0.0, "ps3@mujoco": -0.75}
 
 
 def test_cases_are_counted_by_boxes(found):
-    for own, fails in zip(found.sets, ((2, 1), (2, 2)), strict=True):
-        few, many = own.sizes
-        assert [(b.name, b.cases, b.item_lists, b.middle) for b in own.sizes] == [
-            ("1 to 4", 4, 2, 3.5),
-            ("5 to 6", 4, 4, 5.5),
-        ]
-        assert [4 - right(b.stable)[0] for b in own.sizes] == [*fails]
-        assert right(few.accuracy["fbs"]) == (4, 4)
-        assert right(many.accuracy["fbs"]) == (2 if own.question is WITHIN else 3, 4)
-        assert right(own.stable) == (8 - sum(fails), 8)
-    assert {row.label: right(row.share) for row in found.fails} == {
+    for own, fails in zip(found.sets, (3, 4), strict=True):
+        [few] = own["bins"].itertuples()
+        assert (few.boxes, few.cases, few.lists, few.middle) == ("1 to 20", 8, 6, 4.5)
+        assert 8 - right(few.stable)[0] == fails
+        own_right = own["by_boxes"].loc["fbs", "boxes_right:1 to 20 (n 8)"]
+        assert right(own_right) == (6 if own["question"] is WITHIN else 7, 8)
+        assert right(own["stable_share"]) == (8 - fails, 8)
+    assert {row.case_label: right(row.fails) for row in found.fails.itertuples()} == {
         "within, the cases of this page": (3, 8), "within, the whole set": (3, 8),
         "stands, the cases of this page": (4, 8), "stands, the whole set": (4, 8),
     }  # fmt: skip
@@ -182,66 +178,62 @@ def test_cases_are_counted_by_boxes(found):
 
 
 def test_a_judgement_that_was_given_up_costs_the_limit(cases):
-    def costs_of(spec, results):
-        rest = dataclasses.replace(cases, results=results)
-        return cost_in(evaluate(rest, costs=limited_costs(results, 20.0)), spec)
+    def frame_of(taken):
+        given = dataclasses.replace(cases, results=cases.results.assign(cpu_total=taken))
+        ran = Ran(None, None, None)
+        return costed(given, ran, Options(("fbs",), timeout=20.0))
 
-    results = cases.results.assign(cpu_total=0.0)
-    rest = dataclasses.replace(cases, results=results)
-    late, refusing = costs_of("ps3@mujoco", results), costs_of("lstm_e", results)
-    assert (late.mean.value, late.median, late.ninety, late.worst) == (2e4, 2e4, 2e4, 2e4)
-    assert (right(late.brief), right(late.long)) == ((0, 8), (0, 8))
-    assert (refusing.mean.value, refusing.mean.n, refusing.worst) == (0.0, 6, 0.0)
-    assert right(refusing.brief) == (6, 8)  # what is refused is not judged
-    results["cpu_total"] = results["item_count"] / 1e3
-    cost = costs_of("fbs", results)
-    boxes = results.loc[results["method"] == "fbs", "item_count"]
-    assert (cost.mean.value, cost.median, cost.worst) == (boxes.mean(), 4.5, 6.0)
-    assert cost.ninety == pytest.approx(np.sort(boxes)[[6, 7]] @ (0.7, 0.3))
-    slow = costs_of("fbs", results.assign(cpu_total=results["item_count"] / 10))  # 0.3 to 0.6 s
-    assert (right(slow.brief), right(slow.long)) == ((2, 8), (8, 8))
+    rows = by_method(frame_of(0.0))
+    late, refusing = rows.loc["ps3@mujoco"], rows.loc["lstm_e"]
+    assert (late["cpu"].value, late["median"], late["ninety"], late["worst"]) == (2e4,) * 4
+    assert (right(late["brief"]), right(late["long"])) == ((0, 8), (0, 8))
+    assert (refusing["cpu"].value, refusing["cpu"].n, refusing["worst"]) == (0.0, 6, 0.0)
+    assert right(refusing["brief"]) == (6, 8)  # what is refused is not judged
+    boxes = cases.results["item_count"]
+    frame = frame_of(boxes / 1e3)
+    cost, own = by_method(frame).loc["fbs"], boxes[cases.results["method"] == "fbs"]
+    assert (cost["cpu"].value, cost["median"], cost["worst"]) == (own.mean(), 4.5, 6.0)
+    assert cost["ninety"] == pytest.approx(np.sort(own)[[6, 7]] @ (0.7, 0.3))
+    slow = by_method(frame_of(boxes / 10)).loc["fbs"]  # 0.3 to 0.6 s
+    assert (right(slow["brief"]), right(slow["long"])) == ((2, 8), (8, 8))
     # The cost grows as the boxes do, and the exponent is of what a method calls stable.
-    growth = growth_of("fbs", rest, rest)
-    assert (growth.own.n, growth.everything.n) == (3, 6)
-    assert math.isclose(growth.own.value, 1.0)
-    assert growth_of("ps3@mujoco", rest, None).own.n == 0
+    growth, twice = exponents(frame), exponents(pd.concat([frame, frame]))
+    assert (growth["fbs"].n, twice["fbs"].n) == (3, 6)
+    assert math.isclose(growth["fbs"].value, 1.0)
+    assert "ps3@mujoco" not in growth.index
 
 
 def test_the_cheapest_of_the_best_is_chosen_by_the_median(found):
-    own = found.own
-    costs = {spec: taken.copy() for spec, taken in own.evaluation.costs.milliseconds.items()}
-    for spec, median in (("fbs", 3.0), (ASKED[1], 2.0), ("lstm_e", 1.0), ("ps3@mujoco", 0.5)):
-        costs[spec]["cpu_total"] = median
-        costs[spec].iloc[0, costs[spec].columns.get_loc("cpu_total")] = 100.0 / median
-    evaluation = dataclasses.replace(
-        own.evaluation, costs=dataclasses.replace(own.evaluation.costs, milliseconds=costs)
-    )
-    chosen = CasePart("all", evaluation, own.stable).near_best
-    assert chosen.own.method.spec == "lstm_e"
+    rows = results(found, WITHIN)
+    medians = {"fbs": 3.0, ASKED[1]: 2.0, "lstm_e": 1.0, "ps3@mujoco": 0.5}
+    # A mean would choose another one, and the cheapest of all is not as accurate.
+    assert cheapest_near(rows.assign(median=pd.Series(medians))) == "lstm_e"
 
 
 def test_customers_pallets_are_told_from_plans_of_packers(found):
-    assert [(o.title, o.cases, o.layouts, o.item_lists) for o in found.origins] == [
+    planned = found.who_planned
+    assert [(o.origin, o.cases, o.layouts, o.lists) for o in planned.itertuples()] == [
         (CUSTOMERS, 1, 1, 1),
-        (DELIVERED, 1, 1, 1),
+        (f"{CUSTOMERS}, as delivered (S1)", 1, 1, 1),
         (PACKERS, 7, 7, 5),
     ]
-    assert [right(o.failing[WITHIN]) for o in found.origins] == [(0, 1), (0, 1), (3, 7)]
-    assert [right(o.failing[STANDS]) for o in found.origins] == [(0, 1), (0, 1), (4, 7)]
+    assert [right(one) for one in planned["fails_by:within"]] == [(0, 1), (0, 1), (3, 7)]
+    assert [right(one) for one in planned["fails_by:stands"]] == [(0, 1), (0, 1), (4, 7)]
 
 
 def test_gaps_and_edges_change_verdicts(found):
-    assert [row.floor for row in found.floors] == list(FLOORS)
-    assert {row.pallets for row in found.floors} == {1}
-    (title,) = found.floors[0].stable
-    assert title == "Equilibrium (margin=0.01)"
+    floors = found.floors
+    assert list(floors["floor"]) == list(FLOORS)
+    assert set(floors["pallets"]) == {1}
+    title = "Equilibrium (margin=0.01)"
+    assert [c for c in floors if ":" in c] == [f"floor_stable:{title}", f"floor_changed:{title}"]
     # The cube that hovers 2 mm stands as soon as gaps are closed; the edge changes nothing.
-    assert [row.stable[title].value for row in found.floors] == [0.0, 0.0, 1.0, 1.0, 1.0]
-    assert [row.changed[title] for row in found.floors] == [0, 0, 1, 1, 1]
+    assert [one.value for one in floors[f"floor_stable:{title}"]] == [0.0, 0.0, 1.0, 1.0, 1.0]
+    assert list(floors[f"floor_changed:{title}"]) == [0, 0, 1, 1, 1]
 
 
 def test_cases_without_a_verdict_are_told_by_reason(found):
-    refused, late = found.lost
+    refused, late = found.lost.itertuples()
     assert (refused.status, refused.cases, refused.boxes) == ("refused", 2, "5 to 6")
     assert refused.reason.startswith("item 1: heaviest over lightest is 50000;")
     assert (late.status, late.cases) == ("timeout", 8)
@@ -282,10 +274,9 @@ def test_the_page_answers_first(study, found, tmp_path):
     assert "4 are stable. Customers' pallets fall in " in data
     assert "Estimate(" not in "".join(part.read_text() for part in tmp_path.rglob("*.md"))
     for of in found.sets:
-        names = ", ".join(pair.first.title for pair in of.alike.tests)
-        assert f"alone: {names}" in text
-        [span] = of.spans
-        assert span.best.method == of.best.method
+        assert f"alone: {', '.join(of['alike']['titles'])}" in text
+        [span] = of["spans"].itertuples()
+        assert span.title == of["leading"]["title"]
 
 
 SCREEN = "label@mujoco:frequency=480"
@@ -313,7 +304,7 @@ def test_methods_on_an_engine_that_gave_the_labels_are_compared_with_none(cases,
     assert [test.first.spec for test in large.versus("fbs").tests] == [*ASKED[1:3]]
     assert len(large.pairs().tests) == 3
     assert "ps3@mujoco" not in {key.spec for key in large.pairs().letters}
-    front = front_of(found, WITHIN, large.methods, "", {"machine": ""})
+    front = front_of(found, WITHIN, map(Measured.of, large.methods), "", {"machine": ""})
     assert front.left_out == {"ps3@mujoco": f"labels of its cases rest on {SCREEN}"}
     few = found.only((found.labels["item_count"] <= 4).to_numpy(bool))
     assert few.apart == frozenset()
@@ -362,24 +353,21 @@ def test_sizes_and_origins_are_told_apart(large):
     _, found, _ = large
     for own in found.sets:
         sizes = ["38 to 61", "62 to 100", "101 to 150"]
-        assert [(b.origin, b.own.name, b.own.cases) for b in own.bins] == [
+        assert [(b.origin, b.boxes, b.cases) for b in own["origin_bins"].itertuples()] == [
             (origin, size, n)
             for origin, counts in (
                 ("all cases", (2, 3, 2)), (CUSTOMERS, (1, 1, 1)), (PACKERS, (1, 2, 1)),
             )
             for size, n in zip(sizes, counts, strict=True)
         ]  # fmt: skip
-        assert [right(part.stable) for part in own.origins] == [(3, 3), (1, 4)]
-        assert [(part.name, right(part.stable)) for part in own.spans] == [
+        assert [right(part["stable"]) for part in own["origins"]] == [(3, 3), (1, 4)]
+        assert [(part.size, right(part.stable)) for part in own["spans"].itertuples()] == [
             ("25 to 61", (1, 2)), ("62 to 100", (2, 3)), ("101 to 150", (1, 2)),
         ]  # fmt: skip
-        constant = own.origins[1].accuracies[-1]
-        assert (constant.method, [right(e) for e in constant.sizes.values()]) == (
-            CONSTANT, [(0, 1), (1, 2), (0, 1)],
-        )  # fmt: skip
-        assert list(own.size_costs) == sizes
-        apart = [{*part.evaluation.judged.apart} for part in own.spans]
-        assert apart == [set(), *[{s for s in own.evaluation.judged.keys if "mujoco" in s}] * 2]
+        constant = own["origins"][1]["by_boxes"].iloc[-1]
+        assert constant["title"] == CONSTANT
+        assert [right(e) for e in constant.iloc[1:]] == [(0, 1), (1, 2), (0, 1)]
+        assert list(own["size_costs"]) == sizes
 
 
 def test_the_page_answers_for_every_size_and_says_what_is_not_compared(large, tmp_path):
@@ -387,24 +375,24 @@ def test_the_page_answers_for_every_size_and_says_what_is_not_compared(large, tm
     text = write_page(study.page(found), tmp_path).read_text()
     _, _, _, _, data, *_ = text.split("\n\n")
     assert "`mujoco`, on which labels above 61 boxes rest, " in data
-    leading = {span.name: span.leading.own for span in found.own.spans}
+    spans = found.sets[0]["spans"]
     part = text[text.index("The most accurate method, and the cheapest") :]
     printed = re.search(r"(?:^\|.*\n)+", part, re.MULTILINE)[0].splitlines()
     header, _, *lines = ([cell.strip() for cell in line.strip("|").split("|")] for line in printed)
     assert header[2:4] == ["most accurate", "accuracy %"]
-    assert [line[0] for line in lines] == [*leading] == ["25 to 61", "62 to 100", "101 to 150"]
-    assert [line[2] for line in lines] == [own.method.title for own in leading.values()]
+    assert [line[0] for line in lines] == list(spans["size"])
+    assert [line[0] for line in lines] == ["25 to 61", "62 to 100", "101 to 150"]
+    assert [line[2] for line in lines] == list(spans["title"])
     [details] = tmp_path.glob("report-details.*.md")
     assert found.apart[0].title in details.read_text()
     assert "| the constant verdict *stable* |" in details.read_text()
     [data] = [p.interactive.data() for p in study.page(found).drawn if p.name == "accuracy_within"]
     groups = {group["title"]: group["points"] for group in data["groups"]}
-    parts = [*found.own.origins, *found.own.spans]
-    assert [*groups] == ["all scenarios", *(part.name for part in parts)]
-    for part in parts:
-        told = {point["title"]: point["told"] for point in groups[part.name]}
-        median = significant(part.of(part.best.method).cost.median)
-        assert f"(median {median} ms, 90 % within " in told[part.best.method.title]
+    names = [part["name"] for part in found.sets[0]["origins"]]
+    assert [*groups] == ["all scenarios", *names, *spans["size"]]
+    for span in spans.itertuples():
+        told = {point["title"]: point["told"] for point in groups[span.size]}
+        assert f"(median {significant(span.median)} ms, 90 % within " in told[span.title]
 
 
 def test_large_layouts_have_their_own_recommendations(large, tmp_path, monkeypatch, capsys):
@@ -438,15 +426,14 @@ def test_labels_by_the_screen_alone_are_counted_by_size(folder):
     assert checked_screening(screening.head(0), benchmark.cases) == ()
 
 
-def test_the_command_judges_small_layouts_too_and_goes_on(folder, tmp_path, capsys):
+def test_the_command_goes_on_and_names_no_folder(folder, tmp_path, capsys):
     words = ["study", "evaluation", "--directory", str(folder), "-m", "fbs", "-m", "sme",
-             "--small", "2", "--question", "both", "--timeout", "20", "--sizes", "4", "6",
-             "--pallets", "60", "--work", str(tmp_path), "-j", "1"]  # fmt: skip
+             "--question", "both", "--timeout", "20", "--work", str(tmp_path),
+             "-j", "1"]  # fmt: skip
     for _ in range(2):
         assert main(words) == 0
         assert capsys.readouterr().out == f"{tmp_path}/report.md\n"
     text = "".join(path.read_text() for path in tmp_path.glob("report*.md"))
-    assert "The first bin of boxes holds small layouts" in text
     assert "Every method came to a verdict on every case." in text
     assert "What the deck's edge" not in text  # none of the methods judges on several floors
     assert str(folder) not in text
@@ -455,7 +442,6 @@ def test_the_command_judges_small_layouts_too_and_goes_on(folder, tmp_path, caps
 @pytest.mark.parametrize(
     ("given", "error", "message"),
     [
-        ({"sizes": (5, 5)}, StudyError, "sizes are 5, 5; allowed: whole numbers that rise"),
         ({"timeout": 0.0}, NumberError, "timeout is 0.0; allowed: a number of seconds above 0"),
         ({"methods": ("fbt",)}, SpecError, "did you mean 'fbs'"),
     ],

@@ -208,10 +208,7 @@ def test_a_page_of_unpacked_rows_is_the_same_and_judges_nothing(
 ):
     monkeypatch.chdir(tmp_path)
     one = published.named(("evaluation",))[0]
-    few = replace(
-        one, command=("study", "evaluation", "--limit", "2", "--timed", "1", "--repeats", "1",
-                      "-m", "fbs", "-m", "sme"),
-    )  # fmt: skip
+    few = replace(one, command=("study", "evaluation", "--limit", "2", "-m", "fbs", "-m", "sme"))
     monkeypatch.setattr("steadyload.cli.pages.named", lambda names: [few])
     monkeypatch.setattr(kept_rows, "entries", lambda: [few])
     assert main(["pages", "remake", "evaluation", "--keep", "-o", "pages", "--rows", "rows"]) == 0
@@ -386,7 +383,7 @@ def test_a_run_states_with_what_its_rows_were_made_and_one_that_makes_none_leave
     tmp_path, monkeypatch, in_this_process, undrawn
 ):
     monkeypatch.chdir(tmp_path)
-    study = ["study", "evaluation", "--limit", "2", "--timed", "1", "--repeats", "1", "-m", "fbs"]
+    study = ["study", "evaluation", "--limit", "2", "-m", "fbs"]
     assert main(study) == 0
     work = Path("runs", "evaluation")
     assert made_with(work) == MadeWith.here()

@@ -273,10 +273,8 @@ def test_traits_of_our_own_methods_name_those_that_were_trained():
 
 def test_they_are_judged_timed_and_drawn_like_any_other(toys, tmp_path, capsys):
     work = tmp_path / "work"
-    asked = ["-m", "fbs", "-m", "optimist", "-m", "ps3@toyworld", "--limit", "2", "--timed", "2"]
-    assert (
-        main(["study", "evaluation", *asked, "--repeats", "1", "-j", "1", "--work", str(work)]) == 0
-    )
+    asked = ["-m", "fbs", "-m", "optimist", "-m", "ps3@toyworld", "--limit", "2"]
+    assert main(["study", "evaluation", *asked, "-j", "1", "--work", str(work)]) == 0
     text = (work / "report.md").read_text()
     assert re_rows(text) >= {"Optimist", "PS_3 @ toyworld"}
 

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from template_names import faults_of, wrong_names
@@ -104,4 +105,18 @@ class Results:
 )  # fmt: skip
 def test_a_wrong_name_is_found(template, fault):
     faults = wrong_names(template, page_environment(ROOT, []), found=Results)
+    assert faults == ([fault] if fault else [])
+
+
+@pytest.mark.parametrize(
+    ("template", "fault"),
+    [
+        ("{{ table(found.rows, 'title right.n boxes_right:*') }}", ""),
+        ("{{ table(found.rows, 'title rihgt') }}", "line 1: no column rihgt"),
+        ("{{ table(found.rows, 'title ' ~ ('cpu' if found.x else 'boxes_rigth:* ') ~ 'lost') }}",
+         "line 1: no column boxes_rigth:*"),
+    ],
+)  # fmt: skip
+def test_a_column_that_no_frame_has_is_found(template, fault):
+    faults = wrong_names(template, page_environment(ROOT, []), found=SimpleNamespace)
     assert faults == ([fault] if fault else [])

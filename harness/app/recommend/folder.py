@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from steadyload.app.recommend.front import Front, FrontError
+from steadyload.app.recommend.front import Front, FrontError, Measured
 from steadyload.app.recommend.kept import NAME, REAL, SMALL, SPATIAL, load_fronts
 from steadyload.app.recommend.measured import front_of
 from steadyload.layouts.model.question import Question
@@ -71,4 +71,5 @@ def _fronts(folder: Path, *, medians: bool) -> Iterator[Front]:
                     for row, own in zip(rows, taken, strict=True)
                 )
                 times = f"median of judging, given up after {limit:g} s"
-            yield front_of(asked, question, rows, times, manifest_lines(judged))
+            measured = map(Measured.of, rows)
+            yield front_of(asked, question, measured, times, manifest_lines(judged))

@@ -8,14 +8,13 @@ from steadyload.app.recommend.front import Front, Measured
 from steadyload.layouts.model.question import Question
 from steadyload.methods.contract.spec import SpecError
 from steadyload.runs.able import asked_question
-from steadyload.runs.evaluation import MethodEvaluation
 from steadyload.runs.judged import JudgedCases
 
 
 def front_of(
     judged: JudgedCases,
     question: Question,
-    rows: Iterable[MethodEvaluation],
+    methods: Iterable[Measured],
     times: str,
     about: Mapping[str, str],
 ) -> Front:
@@ -24,16 +23,17 @@ def front_of(
     Args:
         judged: the cases, with labels of the question.
         question: methods that were made for another one do not take part.
-        rows: the methods; one that came to no verdict on any case is left out with that reason,
-            like one without times, from another installation, or on an engine that gave the labels.
+        methods: those that were measured; one that came to no verdict on any case is left out with
+            that reason, like one without times, from another installation, or on an engine that
+            gave the labels.
         times: the kind of their CPU times, in words.
         about: provenance.
     """
     labels, named, apart = judged.labels, judged.manifest["labels"], judged.apart
     assert labels is not None, "the study is on a labelled set"
     measured, left_out = [], {}
-    for row in rows:
-        spec, entry = row.method.spec, Measured.of(row)
+    for entry in methods:
+        spec = entry.method
         try:
             made_for = asked_question(spec)
         except SpecError as error:

@@ -1,18 +1,17 @@
-"""Results of an evaluation, from verdicts and times. Shares are 0 to 1, times in ms.
+"""All that pages of the study show: for every question frames of methods, of cases, and of tests.
 
-A *group* is a scenario, or ``all`` for all cases; mappings by group hold ``all`` first.
+A *group* is a scenario, or ``all`` for all cases. Shares are 0 to 1, times in ms.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
-from itertools import combinations, pairwise
 from pathlib import Path
+from types import SimpleNamespace
 
-import numpy as np
 import pandas as pd
 
+from steadyload.app.recommend.front import Measured
 from steadyload.app.recommend.kept import NAME, SMALL, load_fronts, merged, write_fronts
 from steadyload.app.recommend.measured import front_of
 from steadyload.labelling.ceiling import Ceiling, label_ceiling
@@ -25,207 +24,348 @@ from steadyload.labelling.screened import (
 from steadyload.layouts.benchmark.dataset import KEYS, Benchmark, load_benchmark
 from steadyload.layouts.benchmark.parts import PLANAR
 from steadyload.layouts.model.question import Question
-from steadyload.layouts.sizes import FEWER, FINE_SIZES, MOST_SMALL
+from steadyload.layouts.sizes import MOST_SMALL
 from steadyload.learners.weights import load_weights
 from steadyload.methods.contract.declared import Trait
 from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.registry import make_method
 from steadyload.methods.simulation.scene import planar_scene
-from steadyload.reports.columns import row
+from steadyload.reports import frames
+from steadyload.runs import frames as v
 from steadyload.runs.agreement import AgreementMatrix
 from steadyload.runs.answers import answers_of, judged_layouts, listed_cases
-from steadyload.runs.comparison import compared
-from steadyload.runs.costs import CPU, Costs, limited_costs, timed_costs
-from steadyload.runs.definition import StudyError
-from steadyload.runs.evaluation import ALL, MethodEvaluation, evaluate
+from steadyload.runs.costs import timed_costs
 from steadyload.runs.judged import JudgedCases, load_judged, manifest_lines
-from steadyload.runs.labels import load_labels
-from steadyload.runs.paper import Paper, paper
-from steadyload.runs.results import kept_layouts
+from steadyload.runs.paper import paper
+from steadyload.runs.results import kept_layouts, load_results
+from steadyload.runs.timing import BLOCK
+from steadyload.statistics.error_costs import ErrorShares
+from steadyload.statistics.estimate import NOTHING, Estimate
 from steadyload.statistics.metrics import share
-from steadyload.studies.evaluation.costing import growth_of
-from steadyload.studies.evaluation.crossed import Crossed, crossed
-from steadyload.studies.evaluation.delivered import Origin, failing_shares, origins
-from steadyload.studies.evaluation.error_places import (
-    SMALL_SIZES,
-    class_bins,
-    margin_bins,
-    size_bins,
+from steadyload.studies.agreement_section import answer_chart
+from steadyload.studies.evaluation import methods, places
+from steadyload.studies.evaluation.floors import floors
+from steadyload.studies.evaluation.judging import Options, Ran, Timed, judged_and_timed
+from steadyload.studies.evaluation.methods import LINES, Values
+from steadyload.studies.evaluation.verdicts import (
+    UNIT,
+    YARDSTICK,
+    binned_by_boxes,
+    costed,
+    with_origins,
 )
-from steadyload.studies.evaluation.falls import FallsFound, falls_found
-from steadyload.studies.evaluation.floors import FloorRow, floor_rows
-from steadyload.studies.evaluation.judged_set import YARDSTICK, JudgedSet
-from steadyload.studies.evaluation.judging import (
-    Options,
-    Ran,
-    Timed,
-    judged_and_timed,
-    tunings,
-    without_verdict,
-)
-from steadyload.studies.evaluation.parts import (
-    by_origin,
-    by_size,
-    failing_accuracy,
-    origin_masks,
-)
-from steadyload.studies.evaluation.rows import Failing, NoVerdict
-from steadyload.studies.evaluation.timing_pass import timing_of
 from steadyload.studies.evaluation.watched import watched
 from steadyload.studies.kit import Lab
 
 _CONVERTED = frozenset({"ps3", "ps5"})
 
 
-@row
-class Found:
-    """All results on the page.
+class Found(SimpleNamespace):
+    """All that the page shows; ``sets`` and ``planar`` hold the same names for a question each."""
 
-    Attributes:
-        sets: 3-D methods, by question.
-        planar: these and 2-D methods on planar layouts, None without 2-D methods.
-        flat: cases that a 2-D engine could judge.
-        left_out: by spec, the reason for which a method is in no table.
-        epochs: least and most epochs of the networks that learnt what the paper's are told, and
-            those that were asked for; None where no learned method was judged.
-        converted: whether PS_3 or PS_5 were judged in a reading converted to SI.
-        same_order: pairs of the paper's methods in the same order here, and all pairs.
-        crossed: how far accuracies of the first set lie apart with other heuristics; empty where
-            other software packed it.
-        small: whether the first bin of boxes is of small layouts of the large set.
-        lost: cases without a verdict.
-        origins: who planned the cases; empty where no customer did.
-        falls: falls that are found, and false alarms; empty where no customer planned a case.
-        floors: shares of customers' pallets that are called stable, by floor.
-        screened, checked: how labels were made by screening, in all and by size.
-        fails: shares of cases whose label is a failing step, here and in the whole set.
-        unlabelled: cases of the set without labels, by status.
-    """
-
-    sets: Sequence[JudgedSet]
-    planar: JudgedSet | None
-    flat: int
-    planar_methods: Sequence[MethodKey]
-    left_out: Mapping[str, str]
-    epochs: tuple[int, int, int] | None
-    converted: bool
+    made_with: Mapping[str, str]
     ceiling: Ceiling | None
-    same_order: tuple[int, int]
-    crossed: Sequence[Crossed]
-    small: bool
-    lost: Sequence[NoVerdict]
-    origins: Sequence[Origin]
-    falls: Sequence[FallsFound]
-    floors: Sequence[FloorRow]
     screened: ScreenedSteps
     checked: Sequence[CheckedScreening]
-    fails: Sequence[Failing]
-    unlabelled: Mapping[str, int]
-    made_with: Mapping[str, str]
-    screened_above: int = MOST_SMALL
-
-    @property
-    def own(self) -> JudgedSet:
-        """The methods for the first question."""
-        return self.sets[0]
-
-    @property
-    def screens(self) -> Sequence[str]:
-        """Simulations on which labels of large layouts of this page rest."""
-        return self.own.evaluation.judged.screens
-
-    @property
-    def apart(self) -> Sequence[MethodKey]:
-        """Methods that are shown, and are compared with no other."""
-        judged = [own.evaluation.judged for own in self.sets]
-        return list(dict.fromkeys(j.keys[s] for j in judged for s in j.keys if s in j.apart))
 
 
-def compare(lab: Lab, asked: Options, *, sizes: tuple[int, ...] = (), views: int = 0) -> Found:
+def compare(lab: Lab, asked: Options) -> Found:
     """Judge and time what is missing, and compare; also writes what ``recommend`` reads.
 
-    Args:
-        lab: where it runs.
-        asked: the options.
-        sizes: largest numbers of boxes of bins; empty for the usual ones.
-        views: cases that pages play.
-
     Raises:
-        StudyError: sizes that do not rise.
         ResultsError: see :func:`steadyload.runs.judged.load_judged`.
         as :func:`.judged_and_timed`.
     """
-    if sizes and (sizes[0] < 1 or any(b <= a for a, b in pairwise(sizes))):
-        listed = ", ".join(map(str, sizes))
-        raise StudyError(f"sizes are {listed}; allowed: whole numbers that rise from 1 on")
     ran = judged_and_timed(lab, asked)
     main, *_ = ran.values()
     benchmark = load_benchmark(main.definition.benchmark_directory)
-    small = load_judged(ran[SMALL].folder) if SMALL in ran else None
-    usual = SMALL_SIZES if asked.timeout is None else (SMALL_SIZES[-1], FEWER, *FINE_SIZES)
-    judged = load_judged(main.folder)
-    labelled = [q for q in asked.questions if len(judged.asked(q).said)]
-    sets = [
-        _judged_set(asked, main, benchmark, q, sizes or usual, small=small, views=views)
-        for q in labelled or asked.questions[:1]
-    ]
-    planar = None
-    if PLANAR in ran:
-        of_planar = load_benchmark(PLANAR)
-        planar = _judged_set(asked, ran[PLANAR], of_planar, Question.WITHIN, SMALL_SIZES)
-    labels = load_labels(main.folder)
-    within, first = Question.WITHIN in asked.questions, asked.questions[0]
-    papers = within and asked.timeout is None
-    epochs, converted = unlike_the_paper(list(sets[0].evaluation.judged.keys.values()))
-    unlabelled = benchmark.cases["status"].value_counts().sort_index()
-    made_with = manifest_lines(sets[0].evaluation.judged)
-    if sets[0].timing:
-        made_with |= {f"times: {name}": of for name, of in sets[0].timing.made_with.items()}
+    every = load_judged(main.folder)
+    labelled = [q for q in asked.questions if len(every.asked(q).said)] or asked.questions[:1]
+    sets = [of_question(asked, ran, every, benchmark, question) for question in labelled]
+    own, first = sets[0], asked.questions[0]
+    planar = of_planar(asked, ran[PLANAR]) if PLANAR in ran else None
+    made_with = manifest_lines(own["judged"])
+    if main.timed:
+        made_with |= {f"times: {k}": of for k, of in main.timed.times.made_with.items()}
     if planar:
-        lines = manifest_lines(planar.evaluation.judged)
+        lines = manifest_lines(planar["judged"])
         made_with |= {f"planar {key}": lines[key] for key in ("labelled set", "layouts", "rows")}
-    found = Found(
+    keys = {spec: key for one in sets for spec, key in one["keys"].items()}
+    apart = set().union(*(one["judged"].apart for one in sets))
+    papers = Question.WITHIN in asked.questions and asked.timeout is None
+    epochs, converted = unlike_the_paper(list(own["keys"].values()))
+    answered = benchmark.cases["status"].value_counts().sort_index()
+    for one in sets:
+        _write_front(one, main.timed, made_with, lab.work)
+    return Found(
+        made_with=made_with,
         sets=sets,
         planar=planar,
-        flat=_flat(benchmark, labels) if planar else 0,
-        planar_methods=[method_key(make_method(spec)) for spec in asked.planar],
+        planar_methods=[method_key(make_method(spec)).title for spec in asked.planar],
+        flat=_flat(every, benchmark) if planar else 0,
         left_out=asked.left_out,
         epochs=epochs if papers else None,
         converted=converted and papers,
         ceiling=label_ceiling(
-            judged.asked(first).labels, benchmark.further_verdicts_on(first), first
+            labels_of(every.asked(first)), benchmark.further_verdicts_on(first), first
         ),
-        same_order=same_order(paper(), sets[0].evaluation.methods) if papers else (0, 0),
-        crossed=crossed(sets[0]),
-        small=small is not None,
-        lost=without_verdict(
-            [one.folder for one in ran.values()],
-            {spec: key for own in sets for spec, key in own.evaluation.judged.keys.items()},
-        ),
-        origins=origins(judged, benchmark.layouts),
-        falls=[
-            each
-            for own in sets
-            for each in falls_found(own.evaluation, benchmark, own.question)
-        ],
-        floors=floor_rows(lab, asked, benchmark),
+        small=SMALL in ran,
+        lost=without_verdict([one.folder for one in ran.values()], keys),
+        who_planned=places.who_planned({one["question"]: one["frame"] for one in sets}),
+        floors=floors(lab, asked, benchmark),
         screened=screened_steps(benchmark.screening),
         checked=checked_screening(benchmark.screening, benchmark.cases),
-        fails=[
-            each
-            for own in sets
-            for each in failing_shares(own.question, own.evaluation.judged, benchmark)
-        ],
-        unlabelled={str(k): int(v) for k, v in unlabelled.items() if k != "done"},
-        made_with=made_with,
+        fails=pd.concat([_failing(one["judged"], one["question"], benchmark) for one in sets]),
+        unlabelled={str(k): int(n) for k, n in answered.items() if k != "done"},
+        screens=own["judged"].screens,
+        apart=[key for spec, key in keys.items() if spec in apart],
+        screened_above=MOST_SMALL,
     )  # fmt: skip
-    for own in sets:
-        _write_front(own, made_with, lab.work)
+
+
+def of_question(
+    asked: Options,
+    ran: Mapping[str, Ran],
+    every: JudgedCases,
+    benchmark: Benchmark,
+    question: Question,
+) -> Values:
+    """All that the page shows for a question.
+
+    Args:
+        asked: the options.
+        ran: the runs, the one on all cases first.
+        every: its cases, judged by all methods.
+        benchmark: its labelled set.
+        question: whose labels and methods are shown.
+    """
+    main, *_ = ran.values()
+    judged = every.of(asked.shown(question)).asked(question)
+    judged = judged.with_confidence(benchmark.confidence_on(question))
+    limited = asked.timeout is not None
+    frame = costed(judged, main, asked)
+    frame = with_origins(frame, benchmark) if limited else frame.assign(origin=None)
+    found = _common(judged, frame, main, question)
+    rows, tests = found["rows"], found["tests"]
+    whole = frame
+    if SMALL in ran:
+        small = load_judged(ran[SMALL].folder).of(judged.keys).asked(question)
+        whole = pd.concat([costed(small, ran[SMALL], asked), frame])
+    if limited:
+        rows["exponent"] = methods.exponents(frame)
+        rows["exponent_of_all"] = methods.exponents(whole)
+    on_front = v.front(*(rows.loc[found["compared"], name] for name in ("right", "cpu")))
+    best_last = v.part(rows.loc[on_front, "right"]).sort_values(kind="stable")
+    lines = list(best_last.index[-LINES:])
+    binned = binned_by_boxes(whole, real=limited)
+    parts = places.origins(binned_by_boxes(frame, real=limited))
+    own_spans = places.spans(frame) if limited else []
+    lost = labels_of(every)["stands"].drop(judged.said.index).fillna("not asked")
+    printed = paper() if not limited and question == Question.WITHIN else None
+    margin = benchmark.cases.set_index(KEYS).loc[judged.said.index, "margin"]
+    held = [YARDSTICK] if main.timed and YARDSTICK in main.timed.times.cpu else []
+    found |= {
+        "charted": found["charted"] | {
+            part["name"]: frames.records(part["rows"]) for part in (*parts, *own_spans)
+        },
+        "without_label": {str(k): int(n) for k, n in lost.value_counts().items()},
+        "spans": _spans_table(own_spans),
+        "origins": parts,
+        "origin_bins": _origin_bins(binned, parts),
+        "falls": (fallen := places.falls(frame, rows)),
+        "fallen_of": next((c.partition(":")[2] for c in fallen if c.startswith("found:")), ""),
+        "by_class": places.by_class(frame, rows),
+        **places.by_boxes(binned, rows, lines),
+        **(places.costs_by_boxes(binned, binned_by_boxes(frame, real=True), rows, lines)
+           if limited else {"size_costs": {}, "cost_curve": []}),
+        **methods.error_costs(rows.loc[found["compared"]]),
+        "against": {
+            rows["title"][one]: methods.against(tests, rows, one)
+            for one in dict.fromkeys((*held, found["best"]))
+        },
+        "differences": methods.differences(tests[v.ALL], rows, found["few"]),
+        **methods.engines_and_tunings(tests[v.ALL], judged.keys),
+        "crossed": methods.crossed(frame, rows, found["few"]),
+        **places.margins(frame, margin, rows, found["few"]),
+        "agreement": places.same_steps(frame, rows, found["few"]),
+        "answer_chart": answer_chart(_answers(judged, main)),
+        **watched(v.comparable(frame), rows, main.definition),
+        **(methods.beside_paper(found["groups"], printed) if printed else {"printed": None}),
+    }  # fmt: skip
     return found
 
 
+def of_planar(asked: Options, ran: Ran) -> Values:
+    """All methods on planar layouts, each compared with one alone: the item lists are few."""
+    judged = load_judged(ran.folder).of((*asked.shown(Question.WITHIN), *asked.planar))
+    frame = costed(judged.asked(Question.WITHIN), ran, asked)
+    found = _common(judged, frame, ran, Question.WITHIN, against=YARDSTICK)
+    rows, tests = found["rows"], found["tests"][v.ALL]
+    right = v.share(frame.sort_values("scenario", kind="stable"), "right", ["method", "scenario"])
+    found["rows"] = rows.join(tests.droplevel("second")[["difference", "corrected"]]).join(
+        frames.across(right, "scenario", "scenario_right")
+    )
+    against = tests.index.get_level_values("second")[0] if len(tests) else found["best"]
+    return found | {"held": rows["title"][against]}
+
+
+def _common(
+    judged: JudgedCases, frame: pd.DataFrame, ran: Ran, question: Question, against: str = ""
+) -> Values:
+    """All that is shown of every set: rows of methods, tests, and numbers of cases.
+
+    Args:
+        judged: the cases.
+        frame: their verdicts.
+        ran: the run.
+        question: of the labels.
+        against: a method that others are compared with alone; empty for all pairs.
+    """
+    compared = v.comparable(frame)
+    accuracy = v.share(compared, "right", ["method"])
+    best = v.best(accuracy)
+    natural = _natural(judged)
+    rows = methods.every_method(frame, natural, best)
+    groups = {v.ALL: rows}
+    for group, own in v.grouped(frame).groupby("group", sort=False):
+        if group != v.ALL:
+            groups[str(group)] = methods.by_method(own)
+    held = against if against in judged.keys else best
+    pairs = [(m, held) for m in rows.index if m != held] if against else None
+    tests = {
+        str(group): v.pairs(own, chosen=pairs)
+        for group, own in v.grouped(compared).groupby("group", sort=False)
+    }
+    printed = paper()
+    for group, own in groups.items():
+        own["letters"] = (
+            None
+            if against
+            else v.letters(tests[group], own.loc[compared["method"].unique(), "right"])
+        )
+        like = [printed.like(key) for key in own["key"]]
+        own["paper"] = [one and one.accuracy.get(group) for one in like]
+        if group != v.ALL:
+            rows[f"scenario_cpu:{group}"] = v.part(own["cpu"].dropna())
+    once, labels = v.once(frame), labels_of(judged)
+    about = judged.manifest["labels"]
+    cheap = methods.cheapest_near(rows.loc[accuracy.index])
+    few = methods.chosen_few(rows.loc[accuracy.index])
+    titles = {group: "all scenarios" if group == v.ALL else group for group in groups}
+    stands = labels["stands"].value_counts()
+    return {
+        "judged": judged, "frame": frame, "question": question, "keys": judged.keys,
+        "rows": rows, "groups": groups, "compared": list(accuracy.index), "best": best,
+        "leading": dict(rows.loc[best]), "cheap": None if cheap is None else dict(rows.loc[cheap]),
+        "tests": tests, "family": _family(tests[v.ALL], once["cluster"].nunique()),
+        "few": few, "few_rows": frames.records(rows, few),
+        "charted": {titles[group]: frames.records(own) for group, own in groups.items()},
+        "alike": {} if against else places.tests_of_best(tests[v.ALL], rows, best),
+        "part": " ".join(str(about[key]) for key in ("set", "part") if key in about),
+        "cases": len(labels), "lists": labels["instance"].nunique(),
+        "layouts": judged.results["layout"].nunique(), "stable": int(once["stable"].sum()),
+        "stable_share": share(once["stable"], once["cluster"]),
+        "robust": int(once["robust"].sum()), "fragile": int(once["fragile"].sum()),
+        "natural_stable": natural, "stands": {str(k): int(n) for k, n in stands.items()},
+        "timing": _timing(ran.timed, judged) if ran.timed else None,
+        "yardstick": rows["title"].get(YARDSTICK) if ran.timed else None,
+    }  # fmt: skip
+
+
+def labels_of(judged: JudgedCases) -> pd.DataFrame:
+    """The labels of cases of a labelled set."""
+    assert judged.labels is not None, "the study is on a labelled set"
+    return judged.labels
+
+
+def _natural(judged: JudgedCases) -> dict[str, float]:
+    """Share of stable layouts by scenario in the whole set; empty where it is not known."""
+    shares = judged.manifest["labels"]["natural_stable"]
+    found = judged.said.index.unique("scenario")
+    return {str(one): float(shares[one]) for one in found if one in shares}
+
+
+def _family(tests: pd.DataFrame, clusters: int) -> Values:
+    """Number of tests and item lists, and the smallest corrected p that these can give."""
+    least = min(1.0, len(tests) * 2.0 ** (1 - clusters))
+    return {"tests": len(tests), "clusters": clusters, "least": least}
+
+
+def _timing(timed: Timed, judged: JudgedCases) -> Values:
+    """The timing pass besides the times of methods."""
+    own = timed.among(judged.said.index)
+    cases = pd.MultiIndex.from_tuples(own.cases, names=KEYS)
+    source = timed_costs(own.times, cases).source
+    unit = judged.keys[UNIT].title if UNIT in own.times.cpu and UNIT in judged.keys else None
+    return {
+        "explained": source.explained(), "load": source.load, "unit": unit, "block": BLOCK,
+        "layouts": len(cases), "lists": judged.clusters.loc[cases].nunique(),
+        "untimed": own.untimed, "refused": own.refused,
+    }  # fmt: skip
+
+
+def _spans_table(found: Sequence[Values]) -> pd.DataFrame:
+    """A row a size: its most accurate method, and the cheapest within one point of it."""
+    return pd.DataFrame([
+        {"size": one["name"], "cases": one["cases"], "title": one["best"]["title"],
+         "right": one["best"]["right"], "median": one["best"]["median"], "stable": one["stable"],
+         **({} if one["cheap"] is None else
+            {"cheap": one["cheap"]["title"], "cheap_right": one["cheap"]["right"],
+             "cheap_median": one["cheap"]["median"]})}
+        for one in found
+    ])  # fmt: skip
+
+
+def _origin_bins(binned: pd.DataFrame, parts: Sequence[Values]) -> pd.DataFrame:
+    """All cases by number of boxes, then those of every origin."""
+    bins = places.bins_of(binned, "boxes")
+    every = bins.assign(boxes=bins.index, origin="all cases")
+    return pd.concat([every, *(part["bins"] for part in parts)])
+
+
+def _answers(judged: JudgedCases, ran: Ran) -> AgreementMatrix:
+    kept = kept_layouts(ran.folder, judged.manifest)
+    answers = answers_of(judged, judged_layouts(judged, kept, listed_cases(judged)))
+    return AgreementMatrix(tuple(judged.keys.values()), (), answers)
+
+
+def _failing(judged: JudgedCases, question: Question, benchmark: Benchmark) -> pd.DataFrame:
+    """Shares of cases whose label is a failing step, of a page and of its set."""
+    own, whole = labels_of(judged), benchmark.select(question=question)
+    shares = [share(own["failing_step"].notna(), judged.clusters),
+              share(whole["failing_step"].notna(), whole["instance"])]  # fmt: skip
+    titles = [f"{question}, the cases of this page", f"{question}, the whole set"]
+    return pd.DataFrame({"case_label": titles, "fails": shares})
+
+
+def without_verdict(folders: Sequence[Path], keys: Mapping[str, MethodKey]) -> pd.DataFrame:
+    """Cases without a verdict by method and status, over all runs.
+
+    Args:
+        folders: of the runs.
+        keys: the methods that are shown, by spec.
+    """
+    columns = ("layout", "scenario", "method", "method_name", "engine", "repetition", "status",
+               "reason", "item_count")  # fmt: skip
+    rows = pd.concat([load_results(folder, columns) for folder in folders], ignore_index=True)
+    rows = rows[(rows["status"] != "done") & (rows["repetition"] == 0)]
+    return pd.DataFrame([
+        {"title": keys[str(spec)].title, "status": str(status), "cases": len(own),
+         "boxes": f"{own['item_count'].min()} to {own['item_count'].max()}",
+         "reason": str(own.loc[own["item_count"].idxmax(), "reason"])}
+        for (spec, status), own in rows.groupby(["method", "status"], sort=False)
+        if spec in keys
+    ])  # fmt: skip
+
+
 def unlike_the_paper(methods: Sequence[MethodKey]) -> tuple[tuple[int, int, int] | None, bool]:
-    """:attr:`Found.epochs` and :attr:`Found.converted` of some methods."""
+    """Traits of some methods that the paper's of their names have not.
+
+    Returns:
+        Least and most epochs of the networks that learnt what the paper's are told, and those that
+        were asked for, None where no learned method is among the paper's; whether PS_3 or PS_5 are
+        there in a reading converted to SI.
+    """
     theirs = [key for key in methods if paper().row_of(key)]
     converted = any(key.family in _CONVERTED for key in theirs)
     if not any(Trait.LEARNED in make_method(key.spec).traits for key in theirs):
@@ -235,132 +375,32 @@ def unlike_the_paper(methods: Sequence[MethodKey]) -> tuple[tuple[int, int, int]
     return (min(epochs), max(epochs), members[0]["options"]["epochs"]), converted
 
 
-def _flat(benchmark: Benchmark, labels: pd.DataFrame) -> int:
-    layouts = (benchmark.layout(name, scenario) for name, scenario in labels.index)
+def _flat(judged: JudgedCases, benchmark: Benchmark) -> int:
+    """Cases that an engine of two dimensions could judge."""
+    layouts = (benchmark.layout(name, scenario) for name, scenario in judged.said.index)
     return sum(planar_scene(layout).across is not None for layout in layouts)
 
 
-def same_order(printed: Paper, methods: Sequence[MethodEvaluation]) -> tuple[int, int]:
-    """Pairs of the paper's methods in the same order of accuracy here, and all that have one there.
-
-    A column of the paper is compared with the mean over engines of the first of its families that
-    was judged; namesakes do not count. A pair that is equal here does not count as in the same
-    order.
-    """
-    ours = []
-    for theirs in printed.rows:
-        for family in theirs.families:
-            own = [m.accuracy.value for m in methods if m.method.family == family]
-            if own:
-                ours.append((theirs.accuracy[ALL], float(np.mean(own))))
-                break
-    pairs = [(a[0] - b[0], a[1] - b[1]) for a, b in combinations(ours, 2)]
-    return sum(there * here > 0.0 for there, here in pairs), sum(there != 0.0 for there, _ in pairs)
-
-
-def _judged_set(
-    asked: Options,
-    ran: Ran,
-    benchmark: Benchmark,
-    question: Question,
-    sizes: Sequence[int],
-    *,
-    small: JudgedCases | None = None,
-    views: int = 0,
-) -> JudgedSet:
-    every = load_judged(ran.folder).of((*asked.shown(question), *asked.planar))
-    judged = every.asked(question).with_confidence(benchmark.confidence_on(question))
-    said, labels = judged.said, judged.labels
-    assert every.labels is not None, "the study is on a labelled set"
-    assert labels is not None, "there are labels of either question"
-    lost = every.labels["stands"].drop(said.index).fillna("not asked")
-    timed = ran.timed.among(said.index) if ran.timed else None
-    evaluation = evaluate(judged, costs=_costs_of(judged, timed, asked))
-    best = evaluation.best.method.spec
-    against = YARDSTICK if YARDSTICK in judged.keys else best
-    kept = kept_layouts(ran.folder, judged.manifest)
-    cases = benchmark.cases.set_index(KEYS).loc[said.index]
-    is_planar = ran.definition.benchmark_directory == PLANAR
-    right = _right(judged)
-    fails = labels["failing_step"].notna().to_numpy(bool)
-    limit = asked.timeout
-    parts = [judged] if small is None else [small.of(judged.keys).asked(question), judged]
-    costs = None if timed else pd.concat([_cpu(own, asked) for own in parts])
-    masks = {} if limit is None else origin_masks(judged, benchmark.layouts)
-    of_origin = {
-        name: size_bins(right[here], labels[here], sizes, _cpu(judged, asked)[here], stated=True)
-        for name, here in masks.items()
-    }
-    return JudgedSet(
-        question=question,
-        evaluation=evaluation,
-        layouts=judged.results["layout"].nunique(),
-        timing=timing_of(asked, timed, evaluation) if timed else None,
-        # Too few item lists for all pairs of planar methods: no difference could be significant.
-        tests={
-            group: evaluation.versus(against, group) if is_planar else evaluation.pairs(group)
-            for group in evaluation.groups
-        },
-        tunings=tunings(judged.keys),
-        answers=AgreementMatrix(
-            tuple(judged.keys.values()),
-            (),
-            answers_of(judged, judged_layouts(judged, kept, listed_cases(judged))),
-        ),
-        classes=class_bins(right, labels),
-        sizes=size_bins(
-            pd.concat(map(_right, parts)),
-            pd.concat(_labels(own) for own in parts),
-            sizes,
-            costs,
-            stated=limit is not None,
-        ),
-        margins=margin_bins(said, labels, list(cases["margin"])),
-        watched=watched(ran.definition, evaluation.comparable, said, right, labels, views),
-        without_label={str(status): int(n) for status, n in lost.value_counts().items()},
-        paper=None if is_planar or timed is None or question == Question.STANDS else paper(),
-        failing=failing_accuracy(evaluation),
-        stable=share(~fails, judged.clusters),
-        growth={} if timed else {spec: growth_of(spec, judged, small) for spec in judged.keys},
-        spans=() if limit is None else by_size(judged, limit),
-        origins=() if limit is None else by_origin(judged, benchmark.layouts, limit, of_origin),
-    )
-
-
-def _labels(judged: JudgedCases) -> pd.DataFrame:
-    assert judged.labels is not None, "the study is on a labelled set"
-    return judged.labels
-
-
-def _right(judged: JudgedCases) -> pd.DataFrame:
-    """Mask of the cases on which a method is right, cases x specs."""
-    found = compared(judged).right
-    return pd.DataFrame({key.spec: own for key, own in found.items()}, judged.said.index)
-
-
-def _costs_of(judged: JudgedCases, timed: Timed | None, asked: Options) -> Costs:
-    if timed is None:
-        return limited_costs(judged.results, asked.timeout or math.inf)
-    return timed_costs(timed.times, pd.MultiIndex.from_tuples(timed.cases, names=KEYS))
-
-
-def _cpu(judged: JudgedCases, asked: Options) -> pd.DataFrame:
-    """CPU times of judging [ms], cases x specs; missing where there is none."""
-    taken = _costs_of(judged, None, asked).milliseconds
-    return pd.DataFrame({spec: own[CPU] for spec, own in taken.items()}, judged.said.index)
-
-
-def _write_front(own: JudgedSet, made_with: Mapping[str, str], work: Path) -> None:
+def _write_front(
+    own: Values, timed: Timed | None, made_with: Mapping[str, str], work: Path
+) -> None:
     """Write what ``recommend`` reads to a work folder, beside what it holds of another question.
 
-    Methods without times are left out.
+    Without a timing pass nothing is written; methods without times are left out.
     """
-    if own.timing is not None:
-        often = f", {own.timing.repeats} times each" if own.timing.repeats > 1 else ""
-        times = f"mean of {own.timing.layouts} cases{often}, one thread"
-        methods, judged = own.evaluation.methods, own.evaluation.judged
-        file = work / NAME
-        kept = load_fronts(file) if file.exists() else ()
-        about = {**made_with, **own.timing.made_with}  # the machine is that of the times
-        new = front_of(judged, own.question, methods, times, about)
-        write_fronts(merged(kept, [new]), file)
+    if timed is None:
+        return
+    file, count = work / NAME, own["timing"]["layouts"]
+    measured = [
+        Measured(
+            row.Index, row.title, row.key.engine, row.right,
+            row.cpu if isinstance(row.cpu, Estimate) else NOTHING,
+            sum(row.lost.values()) if isinstance(row.lost, dict) else 0,
+            ErrorShares(row.over, row.under_or_none),
+        )
+        for row in own["rows"].itertuples()
+    ]  # fmt: skip
+    about = {**made_with, **timed.times.made_with}  # the machine is that of the times
+    times = f"mean of {count} cases, one thread"
+    new = front_of(own["judged"], own["question"], measured, times, about)
+    write_fronts(merged(load_fronts(file) if file.exists() else (), [new]), file)

@@ -19,7 +19,6 @@ from steadyload.layouts.benchmark.parts import PLANAR, set_named
 from steadyload.layouts.model.question import Question, with_question
 from steadyload.methods.contract.method import Status
 from steadyload.methods.contract.spec import as_plain, parse_spec
-from steadyload.methods.naming import MethodKey
 from steadyload.methods.registry import METHODS, each_question, make_method, method_class
 from steadyload.methods.simulation.simulation import Simulation
 from steadyload.methods.tuned import TUNED, tuned_engines
@@ -30,7 +29,6 @@ from steadyload.runs.labels import labelled_cases
 from steadyload.runs.results import ResultsError, load_manifest, load_results
 from steadyload.runs.runner import run_study
 from steadyload.runs.timing import BLOCK, Times, timed
-from steadyload.studies.evaluation.rows import NoVerdict
 from steadyload.studies.kit import Lab
 
 RULES = ("fbs", "pbs0.9", "pbs0.7", "pbs0.5", "sme", "equilibrium", "equilibrium:time=0.3")
@@ -106,9 +104,13 @@ PART = "test"
 SHARD_SIZE, LIMITED_SHARD_SIZE = 60, 12
 """Cases a unit of work, without and with a time limit."""
 
-_PLANAR_TIMED = 20
-"""Largest number of cases a scenario of the planar set that are timed: its times only tell what a
-2-D engine saves."""
+TIMED, _PLANAR_TIMED = 100, 20
+"""Largest numbers of cases a scenario that are timed, and of the planar set: its times only tell
+what a 2-D engine saves."""
+
+SMALL_CASES, PALLETS = 60, 60
+"""With a time limit, cases a scenario of the large set that are judged beside the set `real`, and
+customers' pallets that are judged on several floors."""
 
 _FEW = 0.1
 """Largest share of the timed cases that a method may refuse and still be timed on the others."""
@@ -125,8 +127,6 @@ class Options:
             on it, but that planar layouts have no labels of the question ``stands``.
         timeout: CPU seconds a judgement may take; None for no limit. With a limit there are no
             planar layouts and no timing pass.
-        small: cases a scenario of the large set that are judged, too, with a limit alone.
-        pallets: customers' pallets that are judged on several floors, with a limit alone.
         spatial: specs of the methods that judge 3-D layouts.
         planar: specs of those on 2-D engines.
         left_out: by spec, the reason why a method that nobody named cannot judge.
@@ -142,20 +142,14 @@ class Options:
     directory: str = ""
     questions: tuple[Question, ...] = (Question.WITHIN,)
     limit: int | None = None
-    timed: int = 100
-    repeats: int = 3
     timeout: float | None = None
-    small: int = 0
-    pallets: int = 0
     spatial: tuple[str, ...] = field(init=False)
     planar: tuple[str, ...] = field(init=False)
     left_out: Mapping[str, str] = field(init=False)
 
     def __post_init__(self) -> None:
-        for name in ("limit", "timed", "repeats"):
-            value = getattr(self, name)
-            if value is not None and value < 1:
-                raise StudyError(f"{name} is {value}; allowed: 1 or more")
+        if self.limit is not None and self.limit < 1:
+            raise StudyError(f"limit is {self.limit}; allowed: 1 or more")
         usual = standard_methods if self.timeout is None else limited_methods
         able, left_out = able_methods(self.methods, usual)
         planar = tuple(spec for spec in able if _is_planar(spec))
@@ -199,8 +193,9 @@ class Options:
         named = set_named(self.directory)
         of_set = partial(define, methods=self.spatial, benchmark_directory=named, limit=self.limit)
         if limited:
-            small = define("real small", self.spatial, limit=self.small)
-            return {REAL: of_set("real"), **({SMALL: small} if self.small else {})}
+            most = min(SMALL_CASES, self.limit or SMALL_CASES)
+            small = {SMALL: define("real small", self.spatial, limit=most)}
+            return {REAL: of_set("real"), **(small if self.directory == "real" else {})}
         planar = define(
             f"table5 {PLANAR}", (*self.shown(Question.WITHIN), *self.planar),
             benchmark_directory=PLANAR, limit=self.limit,
@@ -283,7 +278,7 @@ def run(lab: Lab, definition: StudyDefinition, name: str) -> None:
 
 def _timed(lab: Lab, asked: Options, definition: StudyDefinition, folder: Path) -> Timed:
     is_planar = definition.benchmark_directory == PLANAR
-    most = min(asked.timed, _PLANAR_TIMED) if is_planar else asked.timed
+    most = _PLANAR_TIMED if is_planar else TIMED
     fewer = dataclasses.replace(definition, limit=min(most, asked.limit or most))
     cases = {(layout.name, str(scenario)): layout for scenario, layout in labelled_cases(fewer)}
     untimed, refused = _not_judged(folder, list(cases))
@@ -293,7 +288,7 @@ def _timed(lab: Lab, asked: Options, definition: StudyDefinition, folder: Path) 
         [spec for spec in definition.methods if spec not in untimed],
         list(cases.values()),
         folder / "times",
-        repeats=asked.repeats,
+        repeats=1,
         block=BLOCK,
         workers=lab.workers,
         progress=lambda *of: lab.progress("timing", *of),
@@ -323,28 +318,6 @@ def _not_judged(
         else:
             refused[str(method)] = set(zip(own["layout"], own["scenario"], strict=True))
     return untimed, refused
-
-
-def without_verdict(folders: Sequence[Path], keys: Mapping[str, MethodKey]) -> list[NoVerdict]:
-    """Cases without a verdict by method and status, over all runs.
-
-    Args:
-        folders: of the runs.
-        keys: the methods that are shown, by spec.
-    """
-    columns = ("layout", "scenario", "method", "method_name", "engine", "repetition", "status",
-               "reason", "item_count")  # fmt: skip
-    rows = pd.concat([load_results(folder, columns) for folder in folders], ignore_index=True)
-    rows = rows[(rows["status"] != str(Status.DONE)) & (rows["repetition"] == 0)]
-    return [
-        NoVerdict(
-            keys[str(spec)].title, str(status), len(own),
-            f"{own['item_count'].min()} to {own['item_count'].max()}",
-            str(own.loc[own["item_count"].idxmax(), "reason"]),
-        )
-        for (spec, status), own in rows.groupby(["method", "status"], sort=False)
-        if spec in keys
-    ]  # fmt: skip
 
 
 def tunings(specs: Iterable[str]) -> dict[str, str]:

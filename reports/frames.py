@@ -1,0 +1,261 @@
+"""Frames of results as tables of pages; titles, forms and meanings of their columns."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from functools import partial
+from typing import Any, NamedTuple
+
+import pandas as pd
+
+from steadyload.errors import nearest
+from steadyload.reports import table as forms
+from steadyload.reports.columns import TableError
+from steadyload.reports.table import MISSING, Column, Table
+from steadyload.statistics.estimate import NOTHING, Estimate
+
+
+class Shown(NamedTuple):
+    """How a column is shown.
+
+    Attributes:
+        title: its header; of a column ``NAME:KEY`` it holds ``{}`` in the place of the key.
+        form: makes the cell's text of the value.
+        left: whether its cells are aligned left; None: where they are texts.
+        notable: see :class:`steadyload.reports.table.Column`.
+    """
+
+    title: str
+    form: Callable[[Any], str] = forms.cell
+    left: bool | None = None
+    notable: bool = False
+
+
+def _share(found: Any) -> str:
+    return forms.factor(found) if isinstance(found, Estimate) else forms.cell(found)
+
+
+def _with_n(found: Estimate) -> str:
+    return f"{forms.percent(found)}, n {found.n}"
+
+
+_two = partial(forms.fixed, digits=2)
+_percent, _fixed = forms.percent, forms.fixed
+
+COLUMNS: Mapping[str, Shown] = {
+    # Methods and their accuracy
+    "title": Shown("method"),
+    "right": Shown("accuracy %", _percent),
+    "cheap": Shown("cheapest within one point"),
+    "cheap_right": Shown("accuracy %", _percent),
+    "over": Shown("overestimated %", _percent),
+    "under": Shown("underestimated %", _percent),
+    "under_or_none": Shown("underestimated or no verdict %", _percent),
+    "stable_or_not": Shown("stable or not %", _percent),
+    "right_stands": Shown("stands %", _percent),
+    "right_robust": Shown("robust %", _percent),
+    "right_fragile": Shown("fragile %", _percent),
+    "right_failing": Shown("failing: accuracy %", _percent),
+    "natural": Shown("natural prevalence %", _percent),
+    "behind": Shown("difference", _percent),
+    "lost": Shown("no verdict", forms.counts, notable=True),
+    "paper": Shown("paper %", partial(forms.plain_percent, digits=2)),
+    "fragile_errors": Shown("errors on fragile labels %"),
+    "boxes_right": Shown("{}", _percent),
+    "class_right": Shown("class {}", _percent),
+    "scenario_right": Shown("{} %", _percent),
+    "alarms": Shown("{}", _with_n),
+    "found": Shown("found of {} %", _percent),
+    "false_alarms": Shown("false alarms, {}"),
+    # Costs
+    "cpu": Shown("CPU ms", forms.milliseconds),
+    "mean_ms": Shown("mean ms", forms.milliseconds),
+    "wall": Shown("wall ms", forms.milliseconds),
+    "median": Shown("median ms", forms.significant),
+    "cheap_median": Shown("median ms", forms.significant),
+    "ninety": Shown("90 % ms", forms.significant),
+    "worst": Shown("worst ms", forms.significant),
+    "brief": Shown("judged in 0.3 s %", _percent),
+    "long": Shown("judged in 1 s %", _percent),
+    "exponent": Shown("exponent, the set", forms.decimal),
+    "exponent_of_all": Shown("exponent, all", forms.decimal),
+    "of_yardstick": Shown("share", _share),
+    "of_unit": Shown("multiple", forms.factor),
+    "body_substeps": Shown("body-substeps", forms.factor),
+    "boxes_cpu": Shown("{}", forms.milliseconds),
+    "scenario_cpu": Shown("{} CPU ms", forms.significant),
+    "origin_cost": Shown("{}"),
+    "cost_at": Shown("cost at {}", forms.factor),
+    # Comparisons
+    "letters": Shown("letters"),
+    "difference": Shown("difference", _percent),
+    "p": Shown("p", forms.compact),
+    "corrected": Shown("corrected p", forms.compact),
+    "first": Shown("first"),
+    "second": Shown("second"),
+    "scenario_difference": Shown("{}"),
+    "least": Shown("ratio from", forms.compact),
+    "most": Shown("to", forms.compact),
+    "by_list": Shown("item lists", _two),
+    "by_both": Shown("lists and heuristics", _two),
+    "ratio": Shown("ratio", _two),
+    "paper_right": Shown("{} %, paper / ours"),
+    "paper_wall": Shown("paper, wall ms", forms.compact),
+    "paper_share": Shown("paper, of its PS_3", forms.compact),
+    # Cases
+    "cases": Shown("cases"),
+    "boxes": Shown("boxes", left=False),
+    "size": Shown("boxes"),
+    "middle": Shown("median", forms.general),
+    "lists": Shown("item lists"),
+    "layouts": Shown("layouts"),
+    "stable": Shown("stable by the label %", _percent),
+    "fails": Shown("fails %", _percent),
+    "fails_by": Shown("fails {} %", _percent),
+    "origin": Shown("cases"),
+    "case_label": Shown("label"),
+    "status": Shown("status"),
+    "reason": Shown("reason, with most boxes"),
+    "layout": Shown("layout"),
+    "scenario": Shown("scenario"),
+    "items": Shown("items"),
+    "step": Shown("label", left=False),
+    "right_method": Shown("right", left=False),
+    "wrong_method": Shown("wrong", left=False),
+    "wrong_methods": Shown("wrong methods", left=False),
+    "floor": Shown("floor"),
+    "floor_stable": Shown("{}: stable %", _percent),
+    "floor_changed": Shown("{}: changed"),
+}
+"""By name, the columns of frames of results: the one place of their titles and forms.
+
+A name before a colon stands for one column a key, see :func:`across`.
+"""
+
+_ESTIMATES = {
+    name
+    for name, said in COLUMNS.items()
+    if said.form in (forms.percent, forms.milliseconds, forms.factor)
+}
+
+
+def table(
+    frame: pd.DataFrame,
+    chosen: str,
+    caption: str = "",
+    titles: Mapping[str, str] | None = None,
+) -> Table | None:
+    """A table of a frame of results; None without rows.
+
+    Args:
+        frame: of results.
+        chosen: its columns, with spaces between them; ``NAME.n`` is the number of cases of one,
+            ``NAME:*`` stands for all columns of :func:`across` under that name, of which there may
+            be none.
+        caption: a paragraph that stands before it.
+        titles: by name, a header of this table alone.
+
+    Raises:
+        TableError: the frame has no column of such a name, or it has no title.
+    """
+    if frame.empty:
+        return None
+    columns: list[Column] = []
+    cells: list[list[str]] = []
+    for name in chosen.split():
+        of, counted = (name[:-2], True) if name.endswith(".n") else (name, False)
+        key = of.partition(":")[0]
+        alike = of.endswith(":*")
+        own = [c for c in frame if str(c).startswith(of[:-1])] if alike else [of]
+        if key not in COLUMNS:
+            raise TableError(f"table: no column {key!r}; {nearest(key, COLUMNS)}")
+        if not alike and of not in frame:
+            raise TableError(
+                f"table: the frame has no {of!r}; {nearest(of, list(map(str, frame)))}"
+            )
+        said = COLUMNS[key]
+        for column in own:
+            title = "n" if counted else said.title.format(str(column).partition(":")[2])
+            known = [None if _missing(one) else one for one in frame[column]]
+            first = next((one for one in known if one is not None), None)
+            is_text = isinstance(first, str) and not alike
+            left = (is_text if said.left is None else said.left) and not counted
+            title = (titles or {}).get(name, title)
+            columns.append(
+                Column(title, len(columns), left=left, alike=alike, notable=said.notable)
+            )
+            read = _count if counted else said.form
+            cells.append([MISSING if one is None else read(one) for one in known])
+    return Table(list(zip(*cells, strict=True)), columns, caption)
+
+
+def _count(found: Any) -> str:
+    return str(found.n)
+
+
+def _missing(value: Any) -> bool:
+    if isinstance(value, Estimate | Mapping):
+        return False
+    return value is None or bool(pd.isna(value))
+
+
+def across(
+    found: pd.Series, by: str, name: str, counts: Mapping[Any, int] | pd.Series | None = None
+) -> pd.DataFrame:
+    """Values by two things as a frame: a column ``NAME:KEY`` for every value of one of them.
+
+    Args:
+        found: by two levels.
+        by: the level that is laid across.
+        name: of :data:`COLUMNS`.
+        counts: by key, a number of cases that its title states; None for none.
+    """
+    wide = found.unstack(by)[list(found.index.unique(by))]
+    numbers = {} if counts is None else {key: f" (n {counts[key]})" for key in wide.columns}
+    return wide.rename(columns=lambda key: f"{name}:{key}{numbers.get(key, '')}")
+
+
+def cells(
+    found: pd.Series, lines: Mapping[Any, str], places: Mapping[Any, str]
+) -> list[dict[str, Any]]:
+    """Estimates by two things as the cells of a chart of kind ``heat``.
+
+    Args:
+        found: by two levels.
+        lines: what stands beside the chart, by value of the first level: the order of its rows.
+        places: what stands below it, by value of the second level.
+    """
+    return [
+        {
+            "line": line,
+            "place": place,
+            "value": NOTHING if _missing(one := found.get((row, column))) else one,
+        }
+        for row, line in lines.items()
+        for column, place in places.items()
+    ]
+
+
+def points(found: pd.DataFrame, x: Mapping[Any, Any], values: pd.Series) -> list[dict[str, Any]]:
+    """Values by method and something else as the points of a chart of kind ``curves``.
+
+    Args:
+        found: a row a method, with ``key`` and ``title``.
+        x: place on the axis, by value of the second level.
+        values: by method and that; missing where there is no point.
+    """
+    return [
+        {"key": row.key, "title": row.title, "x": place, "value": values[row.Index, at]}
+        for row in found.itertuples()
+        for at, place in dict(x).items()
+        if (row.Index, at) in values.index and not _missing(values[row.Index, at])
+    ]
+
+
+def records(frame: pd.DataFrame, rows: Iterable[Any] | None = None) -> list[dict[str, Any]]:
+    """Rows of a frame as charts read them, all or some; a missing estimate is none of no case."""
+    own = frame if rows is None else frame.loc[list(rows)]
+    return [
+        {str(k): NOTHING if k in _ESTIMATES and _missing(v) else v for k, v in row.items()}
+        for row in own.to_dict("records")
+    ]
