@@ -231,7 +231,7 @@ def test_a_page_of_unpacked_rows_is_the_same_and_judges_nothing(
     told = capsys.readouterr().err
     assert (
         "times: 1 of 1 results are not kept for these methods, this code and these packages "
-        "(timing 1 methods on 3 layouts, turn 0); steadyload pages remake" in told
+        "(timing 1 methods on 6 layouts, turn 0); steadyload pages remake" in told
     )
     assert told.endswith("pages remake evaluation --judge judges and times them here\n")
     assert Path("again/evaluation/report.md").read_text() == page
