@@ -1,4 +1,4 @@
-"""Frames of results as tables of pages; titles, forms and meanings of their columns."""
+"""Frames of results as tables of pages; titles and forms of their columns."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def _with_n(found: Estimate) -> str:
 
 
 _two = partial(forms.fixed, digits=2)
-_percent, _fixed = forms.percent, forms.fixed
+_percent = forms.percent
 
 COLUMNS: Mapping[str, Shown] = {
     # Methods and their accuracy
@@ -69,7 +69,6 @@ COLUMNS: Mapping[str, Shown] = {
     "false_alarms": Shown("false alarms, {}"),
     # Costs
     "cpu": Shown("CPU ms", forms.milliseconds),
-    "mean_ms": Shown("mean ms", forms.milliseconds),
     "wall": Shown("wall ms", forms.milliseconds),
     "median": Shown("median ms", forms.significant),
     "cheap_median": Shown("median ms", forms.significant),

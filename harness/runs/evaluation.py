@@ -290,12 +290,13 @@ def evaluate(
             if len(scenarios) > 1
             else tuple(dataclasses.replace(row, group=scenario) for row in rows[ALL])
         )
-    return Evaluation(judged, rows, _labelled(judged), costs)
+    about = None if judged.labels is None else labelled_part(judged)
+    return Evaluation(judged, rows, about, costs)
 
 
-def _labelled(judged: JudgedCases) -> LabelledPart | None:
-    if judged.labels is None:
-        return None
+def labelled_part(judged: JudgedCases) -> LabelledPart:
+    """About the labels of cases of a labelled set."""
+    assert judged.labels is not None, "the run is on a labelled set"
     labels, about = judged.labels, judged.manifest["labels"]
     return LabelledPart(
         part=" ".join(str(about[key]) for key in ("set", "part") if key in about),

@@ -1,10 +1,10 @@
 """Questions to frames of cases, for pages that compare methods.
 
-A *frame of verdicts* has a row a method and case, see :func:`verdicts`. A question such as
-:func:`share` gives a series with a value a group of rows, in the order in which groups appear;
-series side by side are a frame of results, which :func:`steadyload.reports.frames.table` shows. A
-missing value is no case. Intervals and tests count the clusters in column ``cluster``, such as item
-lists (:mod:`steadyload.statistics.clusters`).
+A *frame of verdicts* has one row for each method and case, see :func:`verdicts`. A question such as
+:func:`share` gives a series with one value for each group of rows, in the order in which groups
+appear; series side by side are a frame of results, which :func:`steadyload.reports.frames.table`
+shows. A missing value is no case. Intervals and tests count the clusters in column ``cluster``,
+such as item lists (:mod:`steadyload.statistics.clusters`).
 
 Three rules keep pandas from aligning rows in silence: a frame of results is made with its index
 given; frames are joined by named keys; numbers of two frames are never added or compared.
@@ -20,8 +20,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from steadyload.layouts.benchmark.dataset import KEYS
 from steadyload.layouts.sizes import MOST_SMALL
-from steadyload.methods.contract.spec import parse_spec
+from steadyload.runs.evaluation import ALL
 from steadyload.runs.judged import JudgedCases
 from steadyload.runs.labels import item_lists
 from steadyload.statistics import metrics, paired
@@ -31,15 +32,9 @@ from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.front import undominated
 from steadyload.statistics.placed import items_placed_by_case
 
-CASE = ["layout", "scenario"]
-"""Columns that name a case."""
-
-ALL = "all"
-"""The group of all cases; the other groups are scenarios."""
-
 
 def verdicts(judged: JudgedCases) -> pd.DataFrame:
-    """All verdicts of a run on labelled cases, a row a method and case, in the order of methods.
+    """All verdicts of a run on labelled cases, in the order of methods.
 
     Returns:
         ``method``, ``key``, ``title``, ``family``, ``engine``: of the method; ``gave_labels``: on
@@ -57,7 +52,6 @@ def verdicts(judged: JudgedCases) -> pd.DataFrame:
     labels = judged.labels
     assert labels is not None, "the run is on a labelled set"
     robust = labels["robust"].astype("boolean")
-    engines = {parse_spec(spec).engine for spec in judged.manifest["labels"].get("screens", ())}
     of_case = pd.DataFrame(
         {
             "list": labels["instance"],
@@ -73,7 +67,7 @@ def verdicts(judged: JudgedCases) -> pd.DataFrame:
     )
     first = judged.results[judged.results["repetition"] == 0]
     found = first.drop(columns=["item_count", "engine"]).merge(
-        of_case, left_on=CASE, right_index=True
+        of_case, left_on=KEYS, right_index=True
     )
     keys = [judged.keys[method] for method in found["method"]]
     done, step = found["status"] == "done", found["failing_step"]
@@ -84,7 +78,7 @@ def verdicts(judged: JudgedCases) -> pd.DataFrame:
         title=[key.title for key in keys],
         family=[key.family for key in keys],
         engine=[key.engine for key in keys],
-        gave_labels=[key.engine is not None and key.engine in engines for key in keys],
+        gave_labels=found["method"].isin(judged.on_screens),
         said=placed.where(done),
         said_to_fail=step.notna(),
         stable=is_stable,
@@ -112,8 +106,8 @@ def comparable(frame: pd.DataFrame) -> pd.DataFrame:
 
 
 def once(frame: pd.DataFrame) -> pd.DataFrame:
-    """A row a case."""
-    return frame.drop_duplicates(CASE)
+    """One row for each case."""
+    return frame.drop_duplicates(KEYS)
 
 
 def grouped(frame: pd.DataFrame, by: str = "scenario") -> pd.DataFrame:
@@ -172,13 +166,13 @@ def at_prevalence(frame: pd.DataFrame, stable: Mapping[str, float], by: Sequence
 
 def beside(frame: pd.DataFrame, column: str, method: str) -> pd.Series:
     """The value of one method on the case of every row; missing where it has none."""
-    its = frame[frame["method"] == method].drop_duplicates(CASE).set_index(CASE)[column]
-    return pd.Series(its.reindex(pd.MultiIndex.from_frame(frame[CASE])).to_numpy(), frame.index)
+    its = frame[frame["method"] == method].drop_duplicates(KEYS).set_index(KEYS)[column]
+    return pd.Series(its.reindex(pd.MultiIndex.from_frame(frame[KEYS])).to_numpy(), frame.index)
 
 
-def part(found: pd.Series, name: str = "value") -> pd.Series:
-    """The values, or another field, of a series of estimates."""
-    return found.map(lambda one: getattr(one, name)).astype(int if name == "n" else float)
+def values(found: pd.Series) -> pd.Series:
+    """The values of a series of estimates."""
+    return found.map(lambda one: one.value).astype(float)
 
 
 def pairs(
@@ -187,18 +181,18 @@ def pairs(
     """Methods two by two on the cases that both have, each minus a later one.
 
     Args:
-        frame: a row a method and case.
+        frame: one row for each method and case.
         column: of truth values.
         chosen: pairs of methods; None for all.
 
     Returns:
-        A row a pair, indexed by ``first`` and ``second``: ``difference``; ``p`` of the exact
-        sign-flip test over clusters; ``clusters``, their number; ``corrected``, the p-value by Holm
-        for all tests of the frame: they are one *family*, which answers one question.
+        One row for each pair, indexed by ``first`` and ``second``: ``difference``; ``p`` of the
+        exact sign-flip test over clusters; ``clusters``, their number; ``corrected``, the p-value
+        by Holm for all tests of the frame: they are one *family*, which answers one question.
     """
     order = list(frame["method"].unique())
-    wide = frame.pivot(index=CASE, columns="method", values=column)[order].astype(float)
-    labels = once(frame).set_index(CASE)["cluster"].reindex(wide.index)
+    wide = frame.pivot(index=KEYS, columns="method", values=column)[order].astype(float)
+    labels = once(frame).set_index(KEYS)["cluster"].reindex(wide.index)
     groups = Clusters.of(labels, len(wide))
     # The same resamples of clusters for all methods: drawn once.
     sums = np.stack([groups.sums(wide[method].to_numpy()) for method in order], axis=1)
@@ -253,7 +247,7 @@ def alike(tests: pd.DataFrame) -> pd.DataFrame:
 
 def letters(tests: pd.DataFrame, accuracy: pd.Series) -> pd.Series:
     """Letters that methods share exactly where they do not differ significantly among all pairs."""
-    order = part(accuracy).sort_values(ascending=False, kind="stable").index
+    order = values(accuracy).sort_values(ascending=False, kind="stable").index
     place = {method: str(number) for number, method in enumerate(order)}
     apart = tests.index[tests["corrected"] < paired.LEVEL]
     signs = paired.letters(list(place.values()), {(place[a], place[b]) for a, b in apart})
@@ -262,7 +256,7 @@ def letters(tests: pd.DataFrame, accuracy: pd.Series) -> pd.Series:
 
 def best(accuracy: pd.Series) -> str:
     """The most accurate method; of equal ones the first."""
-    return str(part(accuracy).idxmax())
+    return str(values(accuracy).idxmax())
 
 
 def front(accuracy: pd.Series, cost: pd.Series) -> list[str]:
@@ -274,7 +268,7 @@ def front(accuracy: pd.Series, cost: pd.Series) -> list[str]:
     """
     known = cost[cost.notna()]
     timed = [method for method in accuracy.index if method in known.index]
-    return undominated(timed, part(known).get, (-part(accuracy)).get)
+    return undominated(timed, values(known).get, (-values(accuracy)).get)
 
 
 def error_costs(over: pd.Series, under: pd.Series, ratios: Sequence[float]) -> pd.Series:

@@ -81,7 +81,13 @@ class JudgedCases:
     @property
     def apart(self) -> frozenset[str]:
         """Specs of methods that are compared with no other: labels rest on their engines."""
-        engines = {parse_spec(spec).engine for spec in self.screens}
+        return self.on_screens if self.screens else frozenset()
+
+    @property
+    def on_screens(self) -> frozenset[str]:
+        """Specs of methods on an engine of the set's screens, whether or not a case is large."""
+        screens = self.manifest.get("labels", {}).get("screens", ())
+        engines = {parse_spec(spec).engine for spec in screens}
         return frozenset(s for s, key in self.keys.items() if key.engine and key.engine in engines)
 
     def only(self, cases: NDArray[np.bool_]) -> JudgedCases:

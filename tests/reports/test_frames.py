@@ -1,4 +1,4 @@
-"""Frames of results as tables: titles, forms and meanings of columns are in one place."""
+"""Frames of results as tables: titles and forms of columns are in one place."""
 
 import math
 

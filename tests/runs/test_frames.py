@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from steadyload.layouts.benchmark.dataset import KEYS
 from steadyload.methods.naming import named
 from steadyload.runs import frames
 from steadyload.runs.comparison import Compared
@@ -27,9 +28,7 @@ def runs(draw):
     random = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
     cases, lists = draw(st.integers(1, 25)), draw(st.integers(1, 8))
     scenarios = draw(st.sampled_from([("S1",), ("S1", "S2a"), ("S1", "S2a", "S2b")]))
-    index = pd.MultiIndex.from_product(
-        [[f"l{k}" for k in range(cases)], scenarios], names=frames.CASE
-    )
+    index = pd.MultiIndex.from_product([[f"l{k}" for k in range(cases)], scenarios], names=KEYS)
     n = len(index)
     items = np.repeat(random.integers(1, draw(st.sampled_from([6, 80])), cases), len(scenarios))
 
@@ -162,8 +161,8 @@ def test_methods_are_compared_on_the_cases_that_both_have(judged, seed):
     holes = np.random.default_rng(seed).random(len(frame)) < 0.3
     right = frame["right"].astype(object).mask(holes, np.nan)
     own = frame.assign(some=right)
-    wide = own.pivot(index=frames.CASE, columns="method", values="some").astype(float)
-    labels = frames.once(frame).set_index(frames.CASE)["cluster"].reindex(wide.index)
+    wide = own.pivot(index=KEYS, columns="method", values="some").astype(float)
+    labels = frames.once(frame).set_index(KEYS)["cluster"].reindex(wide.index)
     both = wide["fbs"].notna() & wide["sme"].notna()
     if not both.any():
         return

@@ -141,7 +141,7 @@ def test_body_substeps_are_the_mean_over_cases_of_one_judgement_each():
             for name, step in zip("abc", own, strict=True)
         ]
     ).assign(key=lambda d: [method_key(make_method(spec)) for spec in d["method"]])  # fmt: skip
-    found = methods.every_method(frame, {}, "fbs")["body_substeps"]
+    found = methods.every_method(frame, {})["body_substeps"]
     assert found["ps3@mujoco"].value == 300.0
     assert pd.isna(found["fbs"])
 
@@ -412,7 +412,7 @@ def test_the_page_compares_every_method_with_the_best_alone():
     assert 0 < len(alike["titles"]) < alike["others"] == len(mine) == 5
     shown = [detectable(t.difference, 40, 5) for t in mine if not t.significant]
     assert alike["shown"] == sorted({min(shown), max(shown)})
-    against = methods.against({frames.ALL: tests}, rows, best)
+    against = methods.against({ALL: tests}, rows, best)
     assert list(against["corrected"]) == [t.corrected for t in mine]
     found = methods.engines_and_tunings(tests, keys)["one_tuning"]
     assert list(found["corrected"]) == holm(list(found["p"]))

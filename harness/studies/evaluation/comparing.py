@@ -6,6 +6,8 @@ A *group* is a scenario, or ``all`` for all cases. Shares are 0 to 1, times in m
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from itertools import permutations
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -35,13 +37,14 @@ from steadyload.runs import frames as v
 from steadyload.runs.agreement import AgreementMatrix
 from steadyload.runs.answers import answers_of, judged_layouts, listed_cases
 from steadyload.runs.costs import timed_costs
+from steadyload.runs.evaluation import ALL, labelled_part
 from steadyload.runs.judged import JudgedCases, load_judged, manifest_lines
 from steadyload.runs.paper import paper
 from steadyload.runs.results import kept_layouts, load_results
 from steadyload.runs.timing import BLOCK
 from steadyload.statistics.error_costs import ErrorShares
 from steadyload.statistics.estimate import NOTHING, Estimate
-from steadyload.statistics.metrics import share
+from steadyload.statistics.metrics import agreement, share
 from steadyload.studies.agreement_section import answer_chart
 from steadyload.studies.evaluation import methods, places
 from steadyload.studies.evaluation.floors import floors
@@ -155,10 +158,11 @@ def of_question(
         rows["exponent"] = methods.exponents(frame)
         rows["exponent_of_all"] = methods.exponents(whole)
     on_front = v.front(*(rows.loc[found["compared"], name] for name in ("right", "cpu")))
-    best_last = v.part(rows.loc[on_front, "right"]).sort_values(kind="stable")
+    best_last = v.values(rows.loc[on_front, "right"]).sort_values(kind="stable")
     lines = list(best_last.index[-LINES:])
-    binned = binned_by_boxes(whole, real=limited)
-    parts = places.origins(binned_by_boxes(frame, real=limited))
+    binned, of_set = (binned_by_boxes(one, real=limited) for one in (whole, frame))
+    by_boxes = places.by_boxes(binned, rows, lines)
+    parts = places.origins(of_set)
     own_spans = places.spans(frame) if limited else []
     lost = labels_of(every)["stands"].drop(judged.said.index).fillna("not asked")
     printed = paper() if not limited and question == Question.WITHIN else None
@@ -171,23 +175,25 @@ def of_question(
         "without_label": {str(k): int(n) for k, n in lost.value_counts().items()},
         "spans": _spans_table(own_spans),
         "origins": parts,
-        "origin_bins": _origin_bins(binned, parts),
+        "origin_bins": pd.concat([
+            by_boxes["bins"].assign(origin="all cases"), *(part["bins"] for part in parts)
+        ]),
         "falls": (fallen := places.falls(frame, rows)),
         "fallen_of": next((c.partition(":")[2] for c in fallen if c.startswith("found:")), ""),
         "by_class": places.by_class(frame, rows),
-        **places.by_boxes(binned, rows, lines),
-        **(places.costs_by_boxes(binned, binned_by_boxes(frame, real=True), rows, lines)
+        **by_boxes,
+        **(places.costs_by_boxes(binned, by_boxes["bins"], of_set, rows, lines)
            if limited else {"size_costs": {}, "cost_curve": []}),
         **methods.error_costs(rows.loc[found["compared"]]),
         "against": {
             rows["title"][one]: methods.against(tests, rows, one)
             for one in dict.fromkeys((*held, found["best"]))
         },
-        "differences": methods.differences(tests[v.ALL], rows, found["few"]),
-        **methods.engines_and_tunings(tests[v.ALL], judged.keys),
+        "differences": methods.differences(tests[ALL], rows, found["few"]),
+        **methods.engines_and_tunings(tests[ALL], judged.keys),
         "crossed": methods.crossed(frame, rows, found["few"]),
         **places.margins(frame, margin, rows, found["few"]),
-        "agreement": places.same_steps(frame, rows, found["few"]),
+        "agreement": _agreement(judged, found["few"]),
         "answer_chart": answer_chart(_answers(judged, main)),
         **watched(v.comparable(frame), rows, main.definition),
         **(methods.beside_paper(found["groups"], printed) if printed else {"printed": None}),
@@ -200,7 +206,7 @@ def of_planar(asked: Options, ran: Ran) -> Values:
     judged = load_judged(ran.folder).of((*asked.shown(Question.WITHIN), *asked.planar))
     frame = costed(judged.asked(Question.WITHIN), ran, asked)
     found = _common(judged, frame, ran, Question.WITHIN, against=YARDSTICK)
-    rows, tests = found["rows"], found["tests"][v.ALL]
+    rows, tests = found["rows"], found["tests"][ALL]
     right = v.share(frame.sort_values("scenario", kind="stable"), "right", ["method", "scenario"])
     found["rows"] = rows.join(tests.droplevel("second")[["difference", "corrected"]]).join(
         frames.across(right, "scenario", "scenario_right")
@@ -221,52 +227,34 @@ def _common(
         question: of the labels.
         against: a method that others are compared with alone; empty for all pairs.
     """
-    compared = v.comparable(frame)
-    accuracy = v.share(compared, "right", ["method"])
-    best = v.best(accuracy)
-    natural = _natural(judged)
-    rows = methods.every_method(frame, natural, best)
-    groups = {v.ALL: rows}
-    for group, own in v.grouped(frame).groupby("group", sort=False):
-        if group != v.ALL:
-            groups[str(group)] = methods.by_method(own)
+    part = labelled_part(judged)
+    compared = list(v.comparable(frame)["method"].unique())
+    rows = methods.every_method(frame, part.natural_stable)
+    best = v.best(rows.loc[compared, "right"])
     held = against if against in judged.keys else best
     pairs = [(m, held) for m in rows.index if m != held] if against else None
-    tests = {
-        str(group): v.pairs(own, chosen=pairs)
-        for group, own in v.grouped(compared).groupby("group", sort=False)
-    }
-    printed = paper()
-    for group, own in groups.items():
-        own["letters"] = (
-            None
-            if against
-            else v.letters(tests[group], own.loc[compared["method"].unique(), "right"])
-        )
+    printed, groups, tests = paper(), {}, {}
+    for group, cases in v.grouped(frame).groupby("group", sort=False):
+        groups[group] = own = rows if group == ALL else methods.by_method(cases)
+        tests[group] = v.pairs(cases[cases["method"].isin(compared)], chosen=pairs)
+        if not against:
+            own["letters"] = v.letters(tests[group], own.loc[compared, "right"])
         like = [printed.like(key) for key in own["key"]]
         own["paper"] = [one and one.accuracy.get(group) for one in like]
-        if group != v.ALL:
-            rows[f"scenario_cpu:{group}"] = v.part(own["cpu"].dropna())
-    once, labels = v.once(frame), labels_of(judged)
-    about = judged.manifest["labels"]
-    cheap = methods.cheapest_near(rows.loc[accuracy.index])
-    few = methods.chosen_few(rows.loc[accuracy.index])
-    titles = {group: "all scenarios" if group == v.ALL else group for group in groups}
-    stands = labels["stands"].value_counts()
-    return {
+        if group != ALL:
+            rows[f"scenario_cpu:{group}"] = v.values(own["cpu"].dropna())
+    few = methods.chosen_few(rows.loc[compared])
+    titles = {group: "all scenarios" if group == ALL else group for group in groups}
+    return asdict(part) | {
         "judged": judged, "frame": frame, "question": question, "keys": judged.keys,
-        "rows": rows, "groups": groups, "compared": list(accuracy.index), "best": best,
-        "leading": dict(rows.loc[best]), "cheap": None if cheap is None else dict(rows.loc[cheap]),
-        "tests": tests, "family": _family(tests[v.ALL], once["cluster"].nunique()),
+        "rows": rows, "groups": groups, "compared": compared, "best": best,
+        **methods.leaders(rows.loc[compared]),
+        "tests": tests, "family": _family(tests[ALL], part.item_lists),
         "few": few, "few_rows": frames.records(rows, few),
         "charted": {titles[group]: frames.records(own) for group, own in groups.items()},
-        "alike": {} if against else places.tests_of_best(tests[v.ALL], rows, best),
-        "part": " ".join(str(about[key]) for key in ("set", "part") if key in about),
-        "cases": len(labels), "lists": labels["instance"].nunique(),
-        "layouts": judged.results["layout"].nunique(), "stable": int(once["stable"].sum()),
-        "stable_share": share(once["stable"], once["cluster"]),
-        "robust": int(once["robust"].sum()), "fragile": int(once["fragile"].sum()),
-        "natural_stable": natural, "stands": {str(k): int(n) for k, n in stands.items()},
+        "alike": {} if against else methods.alike(v.versus(tests[ALL], best), rows["title"]),
+        "layouts": judged.results["layout"].nunique(),
+        "stable_share": places.stable_share(frame),
         "timing": _timing(ran.timed, judged) if ran.timed else None,
         "yardstick": rows["title"].get(YARDSTICK) if ran.timed else None,
     }  # fmt: skip
@@ -276,13 +264,6 @@ def labels_of(judged: JudgedCases) -> pd.DataFrame:
     """The labels of cases of a labelled set."""
     assert judged.labels is not None, "the study is on a labelled set"
     return judged.labels
-
-
-def _natural(judged: JudgedCases) -> dict[str, float]:
-    """Share of stable layouts by scenario in the whole set; empty where it is not known."""
-    shares = judged.manifest["labels"]["natural_stable"]
-    found = judged.said.index.unique("scenario")
-    return {str(one): float(shares[one]) for one in found if one in shares}
 
 
 def _family(tests: pd.DataFrame, clusters: int) -> Values:
@@ -305,10 +286,11 @@ def _timing(timed: Timed, judged: JudgedCases) -> Values:
 
 
 def _spans_table(found: Sequence[Values]) -> pd.DataFrame:
-    """A row a size: its most accurate method, and the cheapest within one point of it."""
+    """Of every size, its most accurate method, and the cheapest within one point of it."""
     return pd.DataFrame([
-        {"size": one["name"], "cases": one["cases"], "title": one["best"]["title"],
-         "right": one["best"]["right"], "median": one["best"]["median"], "stable": one["stable"],
+        {"size": one["name"], "cases": one["cases"], "stable": one["stable"],
+         "title": one["leading"]["title"], "right": one["leading"]["right"],
+         "median": one["leading"]["median"],
          **({} if one["cheap"] is None else
             {"cheap": one["cheap"]["title"], "cheap_right": one["cheap"]["right"],
              "cheap_median": one["cheap"]["median"]})}
@@ -316,11 +298,14 @@ def _spans_table(found: Sequence[Values]) -> pd.DataFrame:
     ])  # fmt: skip
 
 
-def _origin_bins(binned: pd.DataFrame, parts: Sequence[Values]) -> pd.DataFrame:
-    """All cases by number of boxes, then those of every origin."""
-    bins = places.bins_of(binned, "boxes")
-    every = bins.assign(boxes=bins.index, origin="all cases")
-    return pd.concat([every, *(part["bins"] for part in parts)])
+def _agreement(judged: JudgedCases, few: Sequence[str]) -> list[Values]:
+    """Cells of a matrix: how often two of the few methods name the same step."""
+    found = {
+        (one, other): agreement(judged.said, one, other, judged.clusters)
+        for one, other in permutations(few, 2)
+    }
+    titles = {spec: judged.keys[spec].title for spec in few}
+    return frames.cells(pd.Series(found, dtype=object), titles, titles)
 
 
 def _answers(judged: JudgedCases, ran: Ran) -> AgreementMatrix:

@@ -9,9 +9,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from steadyload.layouts.benchmark.dataset import KEYS
 from steadyload.methods.naming import MethodKey
 from steadyload.reports import columns, frames
 from steadyload.runs import frames as v
+from steadyload.runs.evaluation import ALL
 from steadyload.runs.paper import Paper
 from steadyload.statistics.crossed import crossed_errors
 from steadyload.statistics.estimate import Estimate
@@ -39,7 +41,7 @@ Values = dict[str, Any]
 
 
 def by_method(frame: pd.DataFrame, by: Sequence[str] = ("method",)) -> pd.DataFrame:
-    """A row a method and whatever else rows are grouped by: shares of cases and costs.
+    """Shares of cases and costs, by method and whatever else rows are grouped by.
 
     Returns:
         ``key``, ``title``; the shares of :func:`steadyload.runs.frames.verdicts`;
@@ -75,16 +77,19 @@ def _spread(median: float, ninety: float) -> str:
     return f"median {columns.significant(median)} ms, 90 % within {columns.significant(ninety)} ms"
 
 
-def every_method(frame: pd.DataFrame, natural: Mapping[str, float], best: str) -> pd.DataFrame:
+def every_method(frame: pd.DataFrame, natural: Mapping[str, float]) -> pd.DataFrame:
     """As :func:`by_method`, on all cases, with what is shown of these alone.
 
     Args:
         frame: of verdicts.
         natural: share of stable layouts by scenario in the whole set; empty where not known.
-        best: the method that others are ``behind``.
+
+    Returns:
+        Also ``behind``: accuracy minus that of the most accurate of the methods that are compared.
     """
     found = by_method(frame)
     compared = v.comparable(frame)
+    best = v.best(found.loc[compared["method"].unique(), "right"])
     behind = compared.assign(
         behind=compared["right"].astype(float) - v.beside(compared, "right", best).astype(float)
     )
@@ -118,17 +123,16 @@ def exponents(frame: pd.DataFrame) -> pd.Series:
 
 def cheapest_near(rows: pd.DataFrame) -> str | None:
     """The cheapest method, by the median, that is nearly as accurate as the best; None untimed."""
-    right = v.part(rows["right"])
+    right = v.values(rows["right"])
     near = rows["median"][right >= right.max() - NEAR].dropna()
     return str(near.idxmin()) if len(near) else None
 
 
-def leaders(frame: pd.DataFrame) -> Values:
-    """The most accurate of the methods that are compared, and the cheapest within one point."""
-    rows = by_method(v.comparable(frame))
+def leaders(rows: pd.DataFrame) -> Values:
+    """The most accurate of some methods, and the cheapest within one point of it."""
     cheap = cheapest_near(rows)
     return {
-        "best": rows.loc[v.best(rows["right"])],
+        "leading": dict(rows.loc[v.best(rows["right"])]),
         "cheap": None if cheap is None else dict(rows.loc[cheap]),
     }
 
@@ -138,7 +142,7 @@ def chosen_few(rows: pd.DataFrame) -> list[str]:
     family = rows["key"].map(lambda key: key.family)
     wanted = (*v.front(rows["right"], rows["cpu"]), YARDSTICK)
     chosen = [method for method in dict.fromkeys(wanted) if method in rows.index]
-    best = v.part(rows["right"]).sort_values(ascending=False, kind="stable").index
+    best = v.values(rows["right"]).sort_values(ascending=False, kind="stable").index
     others = family[best][~family[best].isin(set(family[chosen]))]
     chosen = [*chosen, *others.drop_duplicates().index][:FEW]
     return [method for method in rows.index if method in chosen]
@@ -157,7 +161,7 @@ def alike(tests: pd.DataFrame, titles: Mapping[str, str]) -> Values:
 def against(tests: Mapping[str, pd.DataFrame], rows: pd.DataFrame, held: str) -> pd.DataFrame:
     """All methods compared with one: on all cases, and in short by scenario."""
     own = {group: v.versus(pairs, held) for group, pairs in tests.items()}
-    found = own.pop(v.ALL)
+    found = own.pop(ALL)
     for group, of in own.items():
         found[f"scenario_difference:{group}"] = [
             f"{round(100 * one.difference.value, 1) + 0.0:.1f} ({columns.compact(one.corrected)})"
@@ -168,7 +172,7 @@ def against(tests: Mapping[str, pd.DataFrame], rows: pd.DataFrame, held: str) ->
 
 def differences(tests: pd.DataFrame, rows: pd.DataFrame, few: Sequence[str]) -> list[Values]:
     """Cells of a matrix: differences between the few methods, the most accurate first."""
-    order = v.part(rows.loc[few, "right"]).sort_values(ascending=False, kind="stable").index
+    order = v.values(rows.loc[few, "right"]).sort_values(ascending=False, kind="stable").index
     two_ways, titles = v.both_ways(tests), dict(rows["title"])
     return [
         {"line": titles[one], "place": titles[other], "value": test["difference"],
@@ -219,8 +223,8 @@ def crossed(frame: pd.DataFrame, rows: pd.DataFrame, few: Sequence[str]) -> pd.D
     heuristic = cases["layout"].str.extract(r"^(H\d+)_", expand=False)
     if heuristic.isna().any():
         return pd.DataFrame()
-    right = 100.0 * frame.pivot(index=v.CASE, columns="method", values="right").astype(float)
-    right = right.loc[pd.MultiIndex.from_frame(cases[v.CASE])]
+    right = 100.0 * frame.pivot(index=KEYS, columns="method", values="right").astype(float)
+    right = right.loc[pd.MultiIndex.from_frame(cases[KEYS])]
     clusters = pd.Series(cases["cluster"].to_numpy())
     both = [crossed_errors(right[m].to_numpy(), clusters, heuristic.to_numpy()) for m in few]
     return rows.loc[few, ["title", "right"]].assign(
@@ -232,7 +236,7 @@ def crossed(frame: pd.DataFrame, rows: pd.DataFrame, few: Sequence[str]) -> pd.D
 
 def beside_paper(groups: Mapping[str, pd.DataFrame], printed: Paper) -> Values:
     """The paper's numbers beside ours, and how many pairs of its methods have its order here."""
-    rows = groups[v.ALL]
+    rows = groups[ALL]
     theirs = {m: row for m, key in rows["key"].items() if (row := printed.row_of(key))}
     found = rows.loc[list(theirs), ["title", "right", "wall", "of_yardstick"]]
     shared = printed.among(groups)
@@ -242,9 +246,9 @@ def beside_paper(groups: Mapping[str, pd.DataFrame], printed: Paper) -> Values:
             f"{100 * row.accuracy[group]:.1f} / {100 * ours[m].value:.1f}"
             for m, row in theirs.items()
         ]
-    found["paper_wall"] = [row.runtime[v.ALL] for row in theirs.values()]
+    found["paper_wall"] = [row.runtime[ALL] for row in theirs.values()]
     yard = printed.row_of(rows["key"][YARDSTICK]) if YARDSTICK in rows.index else None
-    found["paper_share"] = found["paper_wall"] / yard.runtime[v.ALL] if yard else None
+    found["paper_share"] = found["paper_wall"] / yard.runtime[ALL] if yard else None
     found["of_yardstick"] = [
         columns.compact(one.value) if isinstance(one, Estimate) else one
         for one in found["of_yardstick"]
@@ -254,14 +258,14 @@ def beside_paper(groups: Mapping[str, pd.DataFrame], printed: Paper) -> Values:
         "named_alike": found,
         "same_order": same_order(printed, rows),
         "odd_averages": ", ".join(
-            f"{one.title} {one.runtime[v.ALL]:.2f} (mean {one.runtime_mean:.2f})"
+            f"{one.title} {one.runtime[ALL]:.2f} (mean {one.runtime_mean:.2f})"
             for one in printed.rows
-            if abs(one.runtime_mean - one.runtime[v.ALL]) > _ROUNDED
+            if abs(one.runtime_mean - one.runtime[ALL]) > _ROUNDED
         ),
         "dots": [
             {"key": own.key, "title": own.title, "right": own.right,
              "printed": [row.accuracy[group]],
-             "group": "all scenarios" if group == v.ALL else group}
+             "group": "all scenarios" if group == ALL else group}
             for group in shared
             for own in groups[group].itertuples()
             if (row := printed.like(own.key))
@@ -281,10 +285,10 @@ def same_order(printed: Paper, rows: pd.DataFrame) -> tuple[int, int]:
         rows: ``key`` and ``right`` by method.
     """
     family = rows["key"].map(lambda key: key.family)
-    mean = v.part(rows["right"]).groupby(family).mean()
+    mean = v.values(rows["right"]).groupby(family).mean()
     first = [next((f for f in row.families if f in mean), None) for row in printed.rows]
     ours = [
-        (row.accuracy[v.ALL], mean[family])
+        (row.accuracy[ALL], mean[family])
         for row, family in zip(printed.rows, first, strict=True)
         if family
     ]

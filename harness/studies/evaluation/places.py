@@ -8,12 +8,13 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import pandas as pd
 
+from steadyload.layouts.benchmark.dataset import KEYS
 from steadyload.layouts.model.question import Question
 from steadyload.reports import columns, frames
 from steadyload.runs import frames as v
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import share
-from steadyload.studies.evaluation.methods import Values, alike, by_method, leaders
+from steadyload.studies.evaluation.methods import Values, by_method, leaders
 from steadyload.studies.evaluation.verdicts import CUSTOMERS, PACKERS, with_spans
 
 MARGINS = (-np.inf, -20.0, -10.0, -5.0, -1.0, 0.0, 0.5, 1.0, 2.0, 5.0, np.inf)
@@ -82,19 +83,22 @@ def by_class(frame: pd.DataFrame, rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def costs_by_boxes(
-    frame: pd.DataFrame, origins: pd.DataFrame, rows: pd.DataFrame, lines: Sequence[str]
+    frame: pd.DataFrame,
+    bins: pd.DataFrame,
+    origins: pd.DataFrame,
+    rows: pd.DataFrame,
+    lines: Sequence[str],
 ) -> Values:
     """Costs by number of boxes, of judging with a time limit.
 
     Args:
         frame: of verdicts, binned by boxes.
-        origins: those of the set alone, with their origin.
+        bins: their bins, see :func:`bins_of`.
+        origins: verdicts of the set alone, with their origin.
         rows: a row a method, with ``exponent_of_all``.
         lines: methods of the chart.
     """
-    costs = by_method(frame[frame["cpu"].notna() | ~frame["brief"]], ["boxes", "method"])
-    costs = costs[costs["cpu"].notna()]
-    middle = bins_of(frame, "boxes")["middle"]
+    costs = by_method(frame, ["boxes", "method"]).dropna(subset="cpu")
     theirs = by_method(origins.dropna(subset="origin"), ["origin", "boxes", "method"])
     titled = rows.assign(
         title=[
@@ -104,15 +108,15 @@ def costs_by_boxes(
     )
     cpu = costs["cpu"].swaplevel()
     return {
-        "mean_cpu": rows[["title"]].join(
-            frames.across(cpu, "boxes", "boxes_cpu", bins_of(frame, "boxes")["cases"])
-        ),
+        "mean_cpu": rows[["title"]].join(frames.across(cpu, "boxes", "boxes_cpu", bins["cases"])),
         "size_costs": {
             name: _with_origins(costs.loc[name], theirs, name)
-            for name in middle.index
+            for name in bins.index
             if name in costs.index.get_level_values("boxes")
         },
-        "cost_curve": frames.points(titled.loc[list(lines)], middle, costs["median"].swaplevel()),
+        "cost_curve": frames.points(
+            titled.loc[list(lines)], bins["middle"], costs["median"].swaplevel()
+        ),
     }
 
 
@@ -135,14 +139,17 @@ def _with_origins(costs: pd.DataFrame, theirs: pd.DataFrame, boxes: str) -> pd.D
 
 def spans(frame: pd.DataFrame) -> list[Values]:
     """By the sizes that the page answers for: cases, the best method, and the cheapest near it."""
-    return [
-        {"name": name, "rows": by_method(own), "cases": len(v.once(own)), **leaders(own),
-         "stable": _stable(own)}
-        for name, own in with_spans(frame).groupby("span", sort=False)
-    ]  # fmt: skip
+    found = []
+    for name, own in with_spans(frame).groupby("span", sort=False):
+        rows = by_method(own)
+        compared = rows.loc[v.comparable(own)["method"].unique()]
+        found.append({"name": name, "rows": rows, "cases": len(v.once(own)), **leaders(compared),
+                      "stable": stable_share(own)})  # fmt: skip
+    return found
 
 
-def _stable(frame: pd.DataFrame) -> Estimate:
+def stable_share(frame: pd.DataFrame) -> Estimate:
+    """Share of cases whose label is that they are stable."""
     once = v.once(frame)
     return share(once["stable"], once["cluster"])
 
@@ -161,7 +168,8 @@ def origins(frame: pd.DataFrame) -> list[Values]:
         every = pd.concat([own, constant])
         found.append({
             "name": name, "rows": rows, "bins": bins.assign(boxes=bins.index, origin=name),
-            "cases": len(v.once(own)), "lists": own["cluster"].nunique(), "stable": _stable(own),
+            "cases": len(v.once(own)), "lists": own["cluster"].nunique(),
+            "stable": stable_share(own),
             "by_boxes": titles.join(
                 right_in_bins(every, "boxes", "boxes_right", bins["cases"])
             ),
@@ -232,12 +240,12 @@ def margins(
     if margin.isna().any():
         return {"false_alarms": [], "misses": [], "alarms": pd.DataFrame()}
     steps = margin.explode().astype(float).rename("margin").reset_index()
-    steps["step"] = steps.groupby(v.CASE).cumcount()
+    steps["step"] = steps.groupby(KEYS).cumcount()
     steps["place"] = np.digitize(steps["margin"], MARGINS[1:-1])
-    own = frame[[*v.CASE, "method", "expected", "said", "items", "cluster"]].merge(steps, on=v.CASE)
+    own = frame[[*KEYS, "method", "expected", "said", "items", "cluster"]].merge(steps, on=KEYS)
     own = own[(own["step"] <= own["expected"]) & (own["step"] < own["items"])]
     own = own.assign(fails=own["step"] == own["expected"]).sort_values("place", kind="stable")
-    counts = own.drop_duplicates([*v.CASE, "step"]).groupby(["fails", "place"]).size()
+    counts = own.drop_duplicates([*KEYS, "step"]).groupby(["fails", "place"]).size()
     found: Values = {}
     for name, fails in (("false_alarms", False), ("misses", True)):
         came = own[(own["fails"] == fails) & (own["said"] >= own["step"])]
@@ -265,19 +273,3 @@ def _bin(place: int) -> str:
 def _range(place: int) -> str:
     low, high = MARGINS[place], MARGINS[place + 1]
     return f"below {high:g}" if math.isinf(low) else f"{low:g} to {high:g}"
-
-
-def same_steps(frame: pd.DataFrame, rows: pd.DataFrame, few: Sequence[str]) -> list[Values]:
-    """Cells of a matrix: how often two of the few methods name the same step."""
-    own, titles = frame[frame["method"].isin(few)], dict(rows.loc[list(few), "title"])
-    parts = []
-    for other in few:
-        same = (own["said"] == v.beside(own, "said", other)).fillna(False)
-        parts.append(own.assign(same=same.astype(bool), other=other)[own["method"] != other])
-    every = pd.concat(parts) if parts else own.assign(same=False, other="")
-    return frames.cells(v.share(every, "same", ["method", "other"]), titles, titles)
-
-
-def tests_of_best(tests: pd.DataFrame, rows: pd.DataFrame, best: str) -> Values:
-    """Methods that do not differ significantly from the best one."""
-    return alike(v.versus(tests, best), dict(rows["title"]))

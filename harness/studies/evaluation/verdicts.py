@@ -9,10 +9,11 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from steadyload.layouts.benchmark import Benchmark
+from steadyload.layouts.benchmark.dataset import KEYS
 from steadyload.layouts.benchmark.real import PALLET_SOFTWARE
 from steadyload.layouts.sizes import FEWER, FINE_SIZES, SIZES, binned
-from steadyload.methods.contract.method import Status
 from steadyload.runs import frames as v
+from steadyload.runs.costs import CPU, WALL, limited_costs, timed_costs
 from steadyload.runs.judged import JudgedCases
 from steadyload.studies.evaluation.judging import Options, Ran
 
@@ -27,8 +28,6 @@ BRIEF, LONG = 300.0, 1000.0
 
 CUSTOMERS, PACKERS = "customers' pallets", "plans of packers"
 
-_WITHOUT_COST = [str(s) for s in (Status.REFUSED, Status.CRASHED, Status.ERROR)]
-
 
 def costed(judged: JudgedCases, ran: Ran, asked: Options) -> pd.DataFrame:
     """Verdicts with CPU and wall times [ms]: of the timing pass, or of judging with a time limit.
@@ -39,20 +38,18 @@ def costed(judged: JudgedCases, ran: Ran, asked: Options) -> pd.DataFrame:
         ``unit``: CPU time of these methods on the case. ``brief``, ``long``: whether it is judged
         within :data:`BRIEF`, :data:`LONG`.
     """
-    frame = v.verdicts(judged)
     if ran.timed is None:
         assert asked.timeout is not None, "without a time limit there is a timing pass"
-        late = frame["status"] == str(Status.TIMEOUT)
-        none = frame["status"].isin(_WITHOUT_COST)
-        for name in ("cpu", "wall"):
-            taken = 1e3 * frame[f"{name}_total"]
-            frame[name] = taken.mask(late, taken.clip(lower=1e3 * asked.timeout)).mask(none)
+        costs = limited_costs(judged.results, asked.timeout)
     else:
-        cases = pd.MultiIndex.from_tuples(ran.timed.cases, names=v.CASE)
-        for name, clock in (("cpu", ran.timed.times.cpu), ("wall", ran.timed.times.wall)):
-            wide = pd.DataFrame({m: np.median(t, axis=0) for m, t in clock.items()}, cases)
-            long = wide.reset_index().melt(v.CASE, var_name="method", value_name=name)
-            frame = frame.merge(long, "left", [*v.CASE, "method"])
+        costs = timed_costs(ran.timed.times, pd.MultiIndex.from_tuples(ran.timed.cases, names=KEYS))
+    taken = {spec: own[[CPU, WALL]] for spec, own in costs.milliseconds.items()}
+    empty = pd.DataFrame(columns=["method", *KEYS, CPU, WALL]).set_index(["method", *KEYS])
+    long = pd.concat(taken, names=["method"]) if taken else empty
+    frame = v.verdicts(judged).merge(
+        long.rename(columns={CPU: "cpu", WALL: "wall"}).astype(float),
+        "left", left_on=["method", *KEYS], right_index=True,
+    )  # fmt: skip
     return frame.assign(
         yardstick=v.beside(frame, "cpu", YARDSTICK), unit=v.beside(frame, "cpu", UNIT),
         brief=frame["cpu"] <= BRIEF, long=frame["cpu"] <= LONG,
@@ -60,7 +57,7 @@ def costed(judged: JudgedCases, ran: Ran, asked: Options) -> pd.DataFrame:
 
 
 def binned_by_boxes(frame: pd.DataFrame, *, real: bool) -> pd.DataFrame:
-    """Rows by rising number of boxes, with the place (``bin``) and name (``boxes``) of their bins.
+    """Rows by rising number of boxes, with the name of their bins, ``boxes``.
 
     Args:
         frame: of verdicts.
@@ -68,20 +65,24 @@ def binned_by_boxes(frame: pd.DataFrame, *, real: bool) -> pd.DataFrame:
             paper's sizes, named by the smallest and the largest number in them.
     """
     sizes: Sequence[int] = (SMALL_SIZES[-1], FEWER, *FINE_SIZES) if real else SMALL_SIZES
-    place, names = binned(frame["items"], sizes)
-    found = frame.assign(bin=place, boxes=[names[one] for one in place.tolist()])
+    found = _binned(frame, sizes, "boxes")
     if not real:
-        ends = found.groupby("bin")["items"]
+        ends = found.groupby("boxes", sort=False)["items"]
         low, high = ends.transform("min").astype(str), ends.transform("max").astype(str)
         found["boxes"] = low.where(low == high, low + " to " + high)
-    return found.sort_values("bin", kind="stable")
+    return found
 
 
 def with_spans(frame: pd.DataFrame) -> pd.DataFrame:
     """Rows by the sizes that the page answers for: ``span``, the name of the bin."""
-    place, names = binned(frame["items"], (FEWER, *SIZES))
-    found = frame.assign(span=[names[one] for one in place.tolist()], _place=place)
-    return found.sort_values("_place", kind="stable").drop(columns="_place")
+    return _binned(frame, (FEWER, *SIZES), "span")
+
+
+def _binned(frame: pd.DataFrame, sizes: Sequence[int], name: str) -> pd.DataFrame:
+    """Rows by rising bin of the number of boxes, with the name of the bin in a column."""
+    place, names = binned(frame["items"], sizes)
+    found = frame.assign(**{name: [names[one] for one in place.tolist()]})
+    return found.iloc[np.argsort(place, kind="stable")]
 
 
 def of_customers(layouts: pd.Series, benchmark: Benchmark) -> NDArray[np.bool_]:

@@ -8,6 +8,7 @@ from typing import Any
 import pandas as pd
 
 from steadyload.escaping import markdown, printable
+from steadyload.layouts.benchmark.dataset import KEYS
 from steadyload.runs import frames as v
 from steadyload.runs.definition import StudyDefinition
 
@@ -29,11 +30,11 @@ def watched(frame: pd.DataFrame, rows: pd.DataFrame, study: StudyDefinition) -> 
         ``watched``: the layout, its label, the most accurate method on either side and the step
         that the wrong one names. ``commands``: those that export the cases and play them.
     """
-    order = v.part(rows["right"]).sort_values(ascending=False, kind="stable").index
+    order = v.values(rows["right"]).sort_values(ascending=False, kind="stable").index
     order = [method for method in order if method in set(frame["method"])]
-    right = frame.pivot(index=v.CASE, columns="method", values="right")[order].astype(bool)
-    said = frame.pivot(index=v.CASE, columns="method", values="said")[order]
-    of = v.once(frame).set_index(v.CASE)
+    right = frame.pivot(index=KEYS, columns="method", values="right")[order].astype(bool)
+    said = frame.pivot(index=KEYS, columns="method", values="said")[order]
+    of = v.once(frame).set_index(KEYS)
     right, said = right.loc[of.index], said.loc[of.index]
     wrong = len(order) - right.sum(axis=1)
     divided = wrong[(wrong > 0) & (wrong < len(order)) & (of["robust"] | ~of["robust"].any())]
