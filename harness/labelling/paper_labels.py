@@ -7,9 +7,7 @@ with it, in :data:`SHIPPED`; what is missing is made by ``label@reference`` in a
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
 
@@ -85,21 +83,6 @@ def _by_content(frame: pd.DataFrame) -> dict[int, int | None]:
     return dict(zip(map(int, frame["content"]), steps, strict=True))
 
 
-@dataclass(frozen=True, slots=True)
-class Labelling:
-    """Labels, and how many cases have none.
-
-    Attributes:
-        labels: of all cases that have one.
-        cases: all distinct cases of the files.
-        without: cases that ended without a label, by status.
-    """
-
-    labels: Labels
-    cases: int
-    without: Mapping[str, int]
-
-
 def label_files(
     files: PaperFiles,
     work: Path,
@@ -107,8 +90,8 @@ def label_files(
     known: Labels | None = None,
     workers: int | Executor = 1,
     progress: Progress = silent,
-) -> Labelling:
-    """Label all cases of some files, as far as that is missing.
+) -> Labels:
+    """Labels of all cases of some files, made as far as they are missing; some end without one.
 
     Args:
         files: of which every distinct case is labelled, in the order of their turns.
@@ -122,12 +105,11 @@ def label_files(
         WorkerDiedError: see :func:`steadyload.runs.pool.run_units`.
     """
     found = dict(shipped_labels() if known is None else known)
-    units, cases = [], 0
-    for unit in label_units(files):
-        cases += len(unit)
-        if any(content_of(layout) not in found for _, _, layout in unit.judgements):
-            units.append(unit)
-    without: Counter[str] = Counter()
+    units = [
+        unit
+        for unit in label_units(files)
+        if any(content_of(layout) not in found for _, _, layout in unit.judgements)
+    ]
     if units:
         with locked(work):
             store = Store(work / "labels", parquet(SCHEMA))
@@ -140,12 +122,12 @@ def label_files(
                 progress=progress,
             )
         for unit in units:
-            without.update(_add(found, unit, store.read(unit.key)))
-    return Labelling(found, cases, without)
+            found.update(_labelled(unit, store.read(unit.key)))
+    return found
 
 
 def label_units(files: PaperFiles) -> Iterator[Unit]:
-    """Units of work of all cases; those of the quick run and the others are never in one unit.
+    """Units of work of all cases; those that come first and the others are never in one unit.
 
     They do not depend on which labels are known, so that shards stay valid when some are shipped.
     """
@@ -163,14 +145,12 @@ def _parts(cases: Iterable[Case]) -> Iterator[tuple[Case, ...]]:
         yield part
 
 
-def _add(found: dict[int, int | None], unit: Unit, rows: pd.DataFrame) -> Iterator[str]:
-    """Add the labels of a shard; yields the status of every case without one."""
+def _labelled(unit: Unit, rows: pd.DataFrame) -> Iterator[tuple[int, int | None]]:
+    """The labels of a shard by content, of the cases that have one."""
     statuses, steps = rows["status"], rows["failing_step"]
     for (_, _, layout), status, step in zip(unit.judgements, statuses, steps, strict=True):
         if status == Status.DONE:
-            found[content_of(layout)] = None if pd.isna(step) else int(step)
-        else:
-            yield str(status)
+            yield content_of(layout), None if pd.isna(step) else int(step)
 
 
 def labelled_cases(files: PaperFiles, labels: Labels) -> pd.DataFrame:

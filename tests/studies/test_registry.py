@@ -10,6 +10,7 @@ import pytest
 
 from steadyload.cli import main
 from steadyload.cli.commands import commands
+from steadyload.cli.flags import _flags
 from steadyload.engines import registry as engine_registry
 from steadyload.layouts.model.question import Question
 from steadyload.methods import registry as method_registry
@@ -66,6 +67,14 @@ def test_a_study_bears_its_name_and_asks_a_question(name):
     assert one.name == name
     assert one.question.endswith("?")
     assert one.command_words in commands()
+
+
+def test_the_docs_list_the_options_of_every_study():
+    text = (ROOT / "docs" / "studies.md").read_text()
+    table = text.split("| study | options |\n| --- | --- |\n")[1].split("\n\n")[0]
+    rows = re.findall(r"^\| `(\w+)` \| (.*) \|$", table, re.MULTILINE)
+    listed = {name: re.findall(r"`(.*?)`", options) for name, options in rows}
+    assert listed == {name: [flag.names[0] for flag in _flags(study(name))] for name in STUDIES}
 
 
 def test_every_published_page_is_one_studys():

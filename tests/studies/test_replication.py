@@ -18,7 +18,7 @@ from steadyload.labelling.paper_labels import (
 )
 from steadyload.layouts.benchmark.paper_files import FileOptions, make_files
 from steadyload.layouts.packing.heuristics import Heuristic
-from steadyload.layouts.packing.packing import HEURISTICS, WeightRule, make_instance, pack_instance
+from steadyload.layouts.packing.packing import HEURISTICS, make_instance, pack_instance
 from steadyload.methods.registry import make_method
 from steadyload.studies.replication.splits import (
     TABLE_2,
@@ -123,14 +123,7 @@ def test_files_are_remade_exactly(files):
     assert again.case(row, "S2a").content_hash() == files.case(row, "S2a").content_hash()
 
 
-def test_weights_by_the_authors_law():
-    made = make_files(dataclasses.replace(TINY, lists=1, weights=WeightRule.AUTHORS))
-    layout = made.case(made.table.index[-1], "S1")
-    volumes = np.prod(layout.upper - layout.lower, axis=1)
-    assert layout.weights.tolist() == (10.0 * np.ceil(np.sqrt(volumes) / 10.0)).tolist()
-
-
-def test_turns_hold_every_case_once_and_the_quick_ones_first(files):
+def test_turns_hold_every_case_once_and_every_third_file_first(files):
     turns = list(files.in_turns())
     assert [scenario for scenario, _ in turns] == ["S1", "S2a", "S2b"] * 2
     for scenario in ("S1", "S2a", "S2b"):
@@ -140,10 +133,14 @@ def test_turns_hold_every_case_once_and_the_quick_ones_first(files):
         everything = {content_of(files.case(row, scenario)) for row in files.table.index}
         assert len(contents) == len(set(contents))
         assert set(contents) == everything
-    quick = files.quick().table.index
-    assert list(quick) == list(files.table.index[::3])
     for scenario, rows in turns[:3]:
-        assert set(rows) <= set(quick), scenario
+        assert set(rows) <= set(files.table.index[::3]), scenario
+
+
+def test_some_files_are_evenly_drawn(files):
+    every = list(files.table.index)
+    assert list(files.some(len(every) // 2).table.index) == every[: len(every) // 2 * 2 : 2]
+    assert list(files.some(len(every) + 1).table.index) == every
 
 
 # labels
@@ -157,13 +154,12 @@ def test_labels_are_those_of_the_reference_and_a_run_goes_on(files, tmp_path):
     written = sorted((tmp_path / "labels").iterdir())
     # What is known is not labelled again, whatever it says.
     assert len(written) == len(units) - 1
-    assert not found.without
-    assert found.cases == sum(map(len, units)) == len(found.labels)
+    assert sum(map(len, units)) == len(found)
     method = make_method(LABEL)
     for _, _, layout in units[1].judgements[:3]:
-        assert found.labels[content_of(layout)] == method.judge(layout).failing_step
+        assert found[content_of(layout)] == method.judge(layout).failing_step
     again = label_files(small, tmp_path, known=known, workers=0)
-    assert again.labels == found.labels
+    assert again == found
     assert sorted((tmp_path / "labels").iterdir()) == written
 
 

@@ -10,7 +10,6 @@ pytest.importorskip("torch")
 
 from steadyload.labelling.paper_labels import case_layouts, label_files, labelled_cases
 from steadyload.layouts import Item, Layout, Pallet
-from steadyload.layouts.benchmark import paper_files
 from steadyload.layouts.benchmark.paper_files import FileOptions, make_files
 from steadyload.layouts.packing.heuristics import Heuristic
 from steadyload.methods.registry import make_method
@@ -18,9 +17,9 @@ from steadyload.reports.pages.writing import write_page
 from steadyload.runs.evaluation import ALL
 from steadyload.runs.paper import paper
 from steadyload.studies.kit import Lab
-from steadyload.studies.replication.comparing import Found, fall, paper_of, replicate
+from steadyload.studies.replication.comparing import fall, paper_of, replicate
 from steadyload.studies.replication.learning import TABLE_4, Memoriser, paper_options
-from steadyload.studies.replication.methods import METHODS, PAPER
+from steadyload.studies.replication.methods import METHODS, PAPER, Extent
 from steadyload.studies.replication.splits import (
     TABLE_2,
     TEST,
@@ -52,15 +51,15 @@ def files():
 
 @pytest.fixture(scope="module")
 def labels(files, work):
-    return label_files(files, work, workers=0).labels
+    return label_files(files, work, workers=0)
 
 
 @pytest.fixture(scope="module")
 def run(files, labels, work):
     def run():
         return replicate(
-            Lab(work, 0), files, labels, seed=0, epochs=2, budget=3600.0, seeds=2, ensemble=True,
-            methods=("fbs", "sme"), sizes=SIZES,
+            Lab(work, 0), files, labels, Extent(2, 2, ensemble=True), methods=("fbs", "sme"),
+            sizes=SIZES,
         )  # fmt: skip
 
     return run
@@ -217,7 +216,7 @@ def details(page):
 
 
 def test_the_page_answers(found, tmp_path):
-    page = write_page(Replication().page(Found(found)), tmp_path)
+    page = write_page(Replication().page(found), tmp_path)
     text = page.read_text()
     _, answer, _, _, data, *_ = text.split("\n\n")
     assert answer.startswith("The paper's LSTM_e, trained here, is right on 66.7 [30.0, 90.3] %")
@@ -228,30 +227,16 @@ def test_the_page_answers(found, tmp_path):
     assert "under-trained" not in text
 
 
-def test_the_page_of_a_quick_run_marks_it_and_compares_readings(found, tmp_path):
+def test_the_page_of_few_files_marks_it_and_compares_readings(found, tmp_path):
     [(sme,)] = found.together("SME")
     own = dict.fromkeys(("PS_3, converted", "PS_5, literal"), sme.accuracy[ALL].value)
     methods = [replace(sme, title=title, paper=own.get(title, 0.0)) for title in METHODS]
     more = {"unlabelled": 1, "left_out": {"label@bullet": "none is *here*"}}
     every = replace(found, methods=methods, **more)
-    page = write_page(Replication(quick=True).page(Found(every)), tmp_path)
+    page = write_page(Replication(limit=3000).page(every), tmp_path)
     text = page.read_text() + details(page)
     assert text.split("##")[0].count("under-trained") == 1
-    assert text.count("under-trained") == 3
     assert text.count("nearer to the literal reading") == 1
     assert text.count("nearer to the converted reading") == 1
     assert "`label@bullet`: none is \\*here\\*." in text
     assert "Labels are missing for 1 cases" in text
-
-
-def test_labels_alone_have_a_page(files, labels, work, tmp_path, monkeypatch):
-    monkeypatch.setattr(paper_files, "make_files", lambda *_: files)
-    study = Replication(only_labels=True)
-    found = study.run(Lab(work, 0))
-    assert found.labelling.labels == labels
-    assert found.results is None
-    text = write_page(study.page(found), tmp_path / "whole").read_text()
-    assert f"{len(labels)} labels are known; the files have {found.labelling.cases}" in text
-    assert "None." in text
-    lost = Found(labelling=replace(found.labelling, without={"crashed": 1}))
-    assert "1 crashed." in write_page(study.page(lost), tmp_path / "lost").read_text()

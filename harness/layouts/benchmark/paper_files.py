@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import pandas as pd
@@ -21,8 +21,8 @@ from steadyload.layouts.packing.heuristics import HEURISTICS, Heuristic
 from steadyload.layouts.packing.packing import ITEM_CLASSES, WeightRule, generate, make_instance
 from steadyload.progress import Progress, silent
 
-QUICK = 3
-"""The quick run takes every file of this number, and their labels are made first."""
+FIRST = 3
+"""Labels of every file of this number are made first."""
 
 Case = tuple[str, Layout]
 """A scenario, and a layout with its centres of mass."""
@@ -57,7 +57,8 @@ class PaperFiles:
         options: that they were made with.
         table: a row a file, numbered from 0: ``file``, its name; ``instance``, its item list;
             ``item_class``; ``number``, of the list within its class; ``geometry``, the name of the
-            first file with its geometry; ``item_count``; ``quick``, whether the quick run takes it.
+            first file with its geometry; ``item_count``; ``first``, whether its labels are made
+            first.
         geometries: layouts by the name of the geometry, centres of mass in the middle.
     """
 
@@ -84,22 +85,24 @@ class PaperFiles:
     def in_turns(self) -> Iterator[tuple[str, pd.Index]]:
         """Scenarios and files whose cases differ, in the order in which labels are made.
 
-        Those of the quick run come first, and in both halves S1 does.
+        Those of every third file come first, and in both halves S1 does.
         """
         table = self.table
-        quick = table.index[table["quick"]]
+        first = table.index[table["first"]]
         for scenario in map(str, Scenario):
-            yield scenario, self.distinct(scenario, quick)
-        known = set(table.loc[quick, "geometry"])
+            yield scenario, self.distinct(scenario, first)
+        known = set(table.loc[first, "geometry"])
         for scenario in map(str, Scenario):
-            rest = self.distinct(scenario, table.index[~table["quick"]])
+            rest = self.distinct(scenario, table.index[~table["first"]])
             if scenario == Scenario.S1:
                 rest = rest[~table.loc[rest, "geometry"].isin(known).to_numpy()]
             yield scenario, rest
 
-    def quick(self) -> PaperFiles:
-        """The files of the quick run alone."""
-        return PaperFiles(self.options, self.table[self.table["quick"]], self.geometries)
+    def some(self, count: int) -> PaperFiles:
+        """So many of the files, evenly drawn; all where there are no more."""
+        every = len(self.table)
+        rows = [k * every // count for k in range(count)] if count < every else slice(None)
+        return replace(self, table=self.table.iloc[rows])
 
     @cached_property
     def _geometry(self) -> Mapping[int, str]:
@@ -137,4 +140,4 @@ def make_files(options: FileOptions, progress: Progress = silent) -> PaperFiles:
         progress(done, len(wanted))
     columns = ["file", "instance", "item_class", "number", "geometry", "item_count"]
     table = pd.DataFrame(rows, columns=columns)
-    return PaperFiles(options, table.assign(quick=table.index % QUICK == 0), geometries)
+    return PaperFiles(options, table.assign(first=table.index % FIRST == 0), geometries)

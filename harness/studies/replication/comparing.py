@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from steadyload.labelling.paper_labels import (
-    Labelling,
     Labels,
     case_layouts,
     labelled_cases,
@@ -41,6 +39,7 @@ from steadyload.studies.replication.methods import (
     PS_OPT,
     READINGS,
     SUPPORT,
+    Extent,
 )
 from steadyload.studies.replication.splits import (
     TABLE_2,
@@ -61,6 +60,9 @@ Groups = Mapping[str, Estimate]
 SCENARIOS = tuple(map(str, Scenario))
 
 _SHARD = 50
+
+_SEED = 0
+"""Of the draws of test and validation files."""
 
 _NETWORKS = {
     "LSTM_1, split by file": (LSTM_1, SplitKind.FILE),
@@ -178,12 +180,13 @@ class CountRow:
 class Results:
     """Accuracies of everything that was judged and trained.
 
-    ``files``, ``geometries``, ``lists`` are those that took part, ``unlabelled`` files by scenario
-    without a label. ``printed`` are the paper's figures of what is trained here; that has rows by
-    its name and split. ``left_out`` has the reasons why methods cannot judge, by spec;
-    ``made_with`` the provenance of the others' verdicts and times.
+    ``extent`` is that of the trainings. ``files``, ``geometries``, ``lists`` took part,
+    ``unlabelled`` files by scenario have no label. ``printed`` are the paper's figures of what is
+    trained here; that has rows by its name and split. ``left_out`` has the reasons why methods
+    cannot judge, by spec; ``made_with`` the provenance of the others' verdicts and times.
     """
 
+    extent: Extent
     files: int
     geometries: int
     lists: int
@@ -204,28 +207,14 @@ class Results:
         return [tuple(rows[title] for title in titles)] if rows.keys() >= {*titles} else []
 
 
-@dataclass(frozen=True)
-class Found:
-    """Results of the study: all of them, or the labels alone."""
-
-    results: Results | None = None
-    labelling: Labelling | None = None
-
-    @property
-    def made_with(self) -> Mapping[str, str]:
-        """Provenance of the results; labels alone have none."""
-        return self.results.made_with if self.results else {}
-
-
 def replicate(
     lab: Lab,
     files: PaperFiles,
     labels: Labels,
+    extent: Extent,
     *,
-    seed: int,
-    methods: tuple[str, ...] = (),
+    methods: Iterable[str] = METHODS.values(),
     sizes: Sizes = TABLE_2,
-    **training: Any,
 ) -> Results:
     """Judge and train what is missing; an interrupted run is resumed.
 
@@ -233,37 +222,36 @@ def replicate(
         lab: where it is judged and trained.
         files: the data set.
         labels: of its cases.
-        seed: of the splits.
-        methods: specs that are judged; empty for those of the page.
+        extent: how much is trained.
+        methods: specs that are judged, as far as they can judge here.
         sizes: of the held-out parts, by scenario.
-        training: see :func:`steadyload.studies.replication.learning.learn`.
 
     Raises:
         SplitError: too few files are labelled.
-        SpecError, EngineNotInstalledError: a named method cannot judge.
         LearnerError: a folder holds another training.
         ResultsError, WorkerDiedError: see :func:`steadyload.runs.runner.run_study`.
     """
     from steadyload.studies.replication.learning import learn  # only this needs the extra
 
     cases = labelled_cases(files, labels)
-    cases["part"] = draw_parts(cases, seed=seed, sizes=sizes)
+    cases["part"] = draw_parts(cases, seed=_SEED, sizes=sizes)
     test = (cases["part"] == TEST).to_numpy(bool)
     tests = cases[test]
-    named, left_out = able_methods(methods, METHODS.values)
+    named, left_out = able_methods((), lambda: methods)
     evaluation = lab.judge(
         named, Cases(set_of(files, tests), Part.TEST), folder="judged", name="replication",
         shard_size=_SHARD,
     )  # fmt: skip
     said = evaluation.judged.said.reindex(pd.MultiIndex.from_frame(tests[["name", "scenario"]]))
     judged = [_judged(own, said[own.method.spec], tests) for own in evaluation.methods]
-    learned = learn(lab, cases, case_layouts(files, cases), **training)
+    learned = learn(lab, cases, case_layouts(files, cases), extent)
     rights: dict[tuple[str, str], Rights] = {(one.title, ""): right for one, right in judged}
     rights |= {key: own.right[:, test] for key, own in learned.items()}
     parts = {kind: folds(cases, kind) for kind in SplitKind}
     twins = {kind: with_twin(cases, own)[test] for kind, own in parts.items()}
     names = dict.fromkeys(name for name, _ in learned)
     return Results(
+        extent,
         files=len(files.table),
         geometries=files.table["geometry"].nunique(),
         lists=tests["instance"].nunique(),

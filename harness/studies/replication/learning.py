@@ -18,7 +18,7 @@ from steadyload.learners.tested import NetworkTraining, TestedNetwork, train_and
 from steadyload.runs.store import CHECKPOINTS
 from steadyload.statistics.placed import failing_step_of
 from steadyload.studies.kit import Lab
-from steadyload.studies.replication.methods import LSTM_1, LSTM_E, MEMORISER, SUPPORT
+from steadyload.studies.replication.methods import LSTM_1, LSTM_E, MEMORISER, SUPPORT, Extent
 from steadyload.studies.replication.splits import Fold, Rights, SplitKind, folds
 
 TABLE_4 = training_preset("paper-ensemble")
@@ -102,12 +102,11 @@ class Learned(NamedTuple):
     networks: Sequence[TestedNetwork] = ()
 
 
-def _ensembles(
-    kind: SplitKind, epochs: int, seeds: int, ensemble: bool
-) -> dict[str, list[list[TrainingOptions]]]:
-    """By name the ensembles that are trained on every fold of a split; see :func:`learn`."""
-    found = {LSTM_1: [[paper_options(0, seed, epochs=epochs)] for seed in range(seeds)]}
-    if ensemble and kind is not SplitKind.FEWER:
+def _ensembles(kind: SplitKind, extent: Extent) -> dict[str, list[list[TrainingOptions]]]:
+    """By name the ensembles that are trained on every fold of a split."""
+    epochs = extent.epochs
+    found = {LSTM_1: [[paper_options(0, seed, epochs=epochs)] for seed in range(extent.seeds)]}
+    if extent.ensemble and kind is not SplitKind.FEWER:
         members = range(len(TABLE_4.networks))
         found[LSTM_E] = [[paper_options(member, 0, epochs=epochs) for member in members]]
     if kind is SplitKind.LIST:
@@ -116,14 +115,7 @@ def _ensembles(
 
 
 def learn(
-    lab: Lab,
-    cases: pd.DataFrame,
-    layouts: Sequence[Layout],
-    *,
-    epochs: int,
-    budget: float,
-    seeds: int,
-    ensemble: bool,
+    lab: Lab, cases: pd.DataFrame, layouts: Sequence[Layout], extent: Extent
 ) -> dict[tuple[str, SplitKind], Learned]:
     """Train and test on every split, by name and split.
 
@@ -131,16 +123,13 @@ def learn(
         lab: where networks are trained, as far as they are missing.
         cases: see :func:`steadyload.studies.replication.splits.folds`.
         layouts: of the cases, in their order.
-        budget: seconds of CPU time of all trainings; all have an equal share.
-        epochs: most epochs of a training.
-        seeds: trainings of LSTM_1 a fold.
-        ensemble: whether LSTM_e is trained.
+        extent: how much is trained.
 
     Raises:
         as :func:`steadyload.learners.tested.train_and_test`.
     """
     made = {kind: folds(cases, kind) for kind in SplitKind}
-    plans = {kind: _ensembles(kind, epochs, seeds, ensemble) for kind in SplitKind}
+    plans = {kind: _ensembles(kind, extent) for kind in SplitKind}
     wanted = {
         (kind, fold.number, options): fold
         for kind, plan in plans.items()
@@ -156,7 +145,7 @@ def learn(
         for (kind, number, options), fold in wanted.items():
             parts = (fold.train, fold.validation, fold.test)
             learnt, stopping, asked = map(sequences[options.features].chosen, parts)
-            folder, seconds = lab.work / CHECKPOINTS, budget / len(wanted)
+            folder, seconds = lab.work / CHECKPOINTS, 3600.0 * extent.hours / len(wanted)
             name = f"{kind}-{number}"
             yield NetworkTraining(name, options, learnt, stopping, asked, folder, seconds)
 

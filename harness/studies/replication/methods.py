@@ -3,9 +3,30 @@
 from __future__ import annotations
 
 from itertools import accumulate
+from typing import NamedTuple
 
 MEMORISER, LSTM_1, LSTM_E, SUPPORT = "memoriser", "LSTM_1", "LSTM_e", "support"
 """Names of what is trained on splits; ``support`` is LSTM_1 with our features, by list alone."""
+
+
+class Extent(NamedTuple):
+    """How much is trained.
+
+    Attributes:
+        epochs: most epochs of a training.
+        seeds: trainings of LSTM_1 a fold.
+        ensemble: whether LSTM_e is trained.
+        hours: of CPU time of all trainings; all have an equal share.
+    """
+
+    epochs: int
+    seeds: int
+    ensemble: bool
+    hours: float = 6.0
+
+
+FULL, QUICK = Extent(700, 3, ensemble=True), Extent(10, 1, ensemble=False)
+"""Extents of the page, and of a page of few files."""
 
 STATIC = {
     "FBS": "fbs", "PBS 0.9": "pbs0.9", "PBS 0.7": "pbs0.7", "PBS 0.5": "pbs0.5", "SME": "sme",
