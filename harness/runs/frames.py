@@ -22,6 +22,7 @@ import pandas as pd
 
 from steadyload.layouts.benchmark.dataset import KEYS
 from steadyload.layouts.sizes import MOST_SMALL
+from steadyload.runs.costs import CPU, WALL, Costs, judging_costs
 from steadyload.runs.evaluation import ALL
 from steadyload.runs.judged import JudgedCases
 from steadyload.runs.labels import item_lists
@@ -96,6 +97,23 @@ def verdicts(judged: JudgedCases) -> pd.DataFrame:
     return found.sort_values("method", key=lambda own: own.map(place), kind="stable")
 
 
+def costed(judged: JudgedCases, costs: Costs | None = None) -> pd.DataFrame:
+    """As :func:`verdicts`, with ``cpu`` and ``wall`` [ms]: missing where a case was not timed.
+
+    Args:
+        judged: the cases.
+        costs: None for the times of judging.
+    """
+    found = (costs or judging_costs(judged.results)).milliseconds
+    taken = {spec: own[[CPU, WALL]] for spec, own in found.items()}
+    empty = pd.DataFrame(columns=["method", *KEYS, CPU, WALL]).set_index(["method", *KEYS])
+    long = pd.concat(taken, names=["method"]) if taken else empty
+    return verdicts(judged).merge(
+        long.rename(columns={CPU: "cpu", WALL: "wall"}).astype(float),
+        "left", left_on=["method", *KEYS], right_index=True,
+    )  # fmt: skip
+
+
 def comparable(frame: pd.DataFrame) -> pd.DataFrame:
     """The rows of methods that are compared: all but those whose engines gave labels of the cases.
 
@@ -149,6 +167,33 @@ def ratio(frame: pd.DataFrame, above: str, below: str, by: Sequence[str]) -> pd.
     """Ratio of the means of two columns, with a bootstrap interval."""
     known = frame.dropna(subset=[above, below])
     return estimates(known, by, lambda own: metrics.ratio(own[above], own[below], own["cluster"]))
+
+
+def statuses(frame: pd.DataFrame, by: Sequence[str], but: Sequence[str] = ("done",)) -> pd.Series:
+    """Number of rows of every status but some; missing where there is none."""
+    counts = frame[~frame["status"].isin(but)].groupby([*by, "status"]).size()
+    return counts.groupby(list(by)).agg(lambda own: own.droplevel(list(by)).to_dict())
+
+
+def by_method(
+    frame: pd.DataFrame, shares: Sequence[str], by: Sequence[str] = ("method",)
+) -> pd.DataFrame:
+    """By method, and whatever else rows are grouped by: ``key``, ``title``, shares, and ``lost``.
+
+    Args:
+        frame: of verdicts.
+        shares: columns of truth values.
+        by: what rows are grouped by.
+
+    Returns:
+        ``lost``: cases without a verdict by status.
+    """
+    rows = frame.groupby(list(by), sort=False)
+    # The index is given: of columns with other rows pandas would make a sorted one.
+    found = pd.DataFrame({n: share(frame, n, by) for n in shares}, rows.size().index)
+    return found.assign(
+        key=rows["key"].first(), title=rows["title"].first(), lost=statuses(frame, by)
+    )
 
 
 def at_prevalence(frame: pd.DataFrame, stable: Mapping[str, float], by: Sequence[str]) -> pd.Series:
@@ -247,11 +292,16 @@ def alike(tests: pd.DataFrame) -> pd.DataFrame:
 
 def letters(tests: pd.DataFrame, accuracy: pd.Series) -> pd.Series:
     """Letters that methods share exactly where they do not differ significantly among all pairs."""
-    order = values(accuracy).sort_values(ascending=False, kind="stable").index
+    order = ranked(accuracy)
     place = {method: str(number) for number, method in enumerate(order)}
     apart = tests.index[tests["corrected"] < paired.LEVEL]
     signs = paired.letters(list(place.values()), {(place[a], place[b]) for a, b in apart})
     return pd.Series({method: signs[place[method]] for method in order}, dtype=object)
+
+
+def ranked(accuracy: pd.Series) -> list[Any]:
+    """The methods by falling accuracy; equal ones in their order."""
+    return list(values(accuracy).sort_values(ascending=False, kind="stable").index)
 
 
 def best(accuracy: pd.Series) -> str:

@@ -2,6 +2,7 @@
 
 import dataclasses
 
+import pandas as pd
 import pytest
 
 from steadyload.layouts.packing import families as packing
@@ -10,7 +11,7 @@ from steadyload.runs.judged import load_judged
 from steadyload.runs.results import ResultsError, load_results
 from steadyload.statistics.metrics import share
 from steadyload.studies.families import comparing, judging
-from steadyload.studies.families.comparing import ALL, compare
+from steadyload.studies.families.comparing import ALL, Found, compare
 from steadyload.studies.families.study import Families
 from steadyload.studies.kit import Lab
 
@@ -28,8 +29,9 @@ def result(tmp_path_factory):
             patch.setattr(module, "FAMILIES", few)
         for module in (judging, comparing):
             patch.setattr(module, "LABEL", LABEL)
+            patch.setattr(module, "SEED", 5)
         work = tmp_path_factory.mktemp("families")
-        asked = Families(layouts=LAYOUTS, seed=5, methods=("fbs", "lstm_e", "ps_opt@mujoco"))
+        asked = Families(limit=LAYOUTS, methods=("fbs", "lstm_e", "ps_opt@mujoco"))
         yield asked, work, asked.run(Lab(work, workers=0))
 
 
@@ -49,33 +51,29 @@ def test_the_shares_of_every_method_are_those_counted_by_hand(result, counted, f
     rows = counted if family == ALL else counted[counted["family"] == family]
     said = rows.pivot(index="layout", columns="method", values="said")
     n = LAYOUTS * (len(NAMES) if family == ALL else 1)
-    shown = found.together if family == ALL else found.each[family]
-    assert {own.method.spec for own in shown} == set(said.columns) - {LABEL}
-    for own in shown:
-        mine, label = said[own.method.spec], said[LABEL]
-        assert own.n == len(said) == n
-        assert own.right.value == pytest.approx((mine == label).mean())
+    shown = found.methods if family == ALL else found.each[family]
+    assert set(shown.index) == set(said.columns) - {LABEL}
+    for own in shown.itertuples():
+        mine, label = said[own.Index], said[LABEL]
+        assert own.right.n == len(said) == n
         assert own.over.value == pytest.approx((mine > label).mean())
         assert own.under.value == pytest.approx((mine < label).mean())
         assert own.refused.value == pytest.approx(mine.isna().mean())
-        assert own.lost == {}
+        assert pd.isna(own.lost)
         assert own.right == share(mine == label)  # Wilson's, of independent layouts
         ended = own.right.value + own.over.value + own.under.value + own.refused.value
         assert ended == pytest.approx(1.0)
-    (about,) = (own for own in found.families if own.family == family)
+    about = found.families.loc[family]
     items = rows.drop_duplicates("layout").set_index("layout")["item_count"]
-    assert about.stands.value == pytest.approx((said[LABEL] == items).mean())
+    assert about["stable"].value == pytest.approx((said[LABEL] == items).mean())
     cpu = 1e3 * rows[rows["method"] == LABEL]["cpu_total"]
-    assert about.label_cpu.value == pytest.approx(cpu.mean())
-    assert about.label_cpu_most == pytest.approx(cpu.max())
+    assert about["label_cpu"].value == pytest.approx(cpu.mean())
 
 
 def test_a_network_refuses_what_lies_outside_of_what_it_was_trained_on(result):
     _, _, found = result
-    (own,) = (row for row in found.each["off-centre"] if row.method.spec == "lstm_e")
-    assert own.refused.value > 0.5
-    assert own in found.each["off-centre"]
-    assert found.refusing[0].method.spec == "lstm_e"
+    assert found.each["off-centre"]["refused"]["lstm_e"].value > 0.5
+    assert found.refusing.name == "lstm_e"
 
 
 def test_methods_are_compared_on_the_same_layouts(result, counted):
@@ -83,21 +81,19 @@ def test_methods_are_compared_on_the_same_layouts(result, counted):
     said = counted.pivot(index="layout", columns="method", values="said")
     right = said.eq(said[LABEL], axis=0)
     assert found.against.spec == AGAINST
-    assert {own.method.spec for own in found.gains} == set(said.columns) - {LABEL, AGAINST}
-    for own in found.gains:
-        mine, other = right[own.method.spec], right[AGAINST]
+    assert set(found.gains.index) == set(said.columns) - {LABEL, AGAINST}
+    for own in found.gains_by_family.itertuples():
+        mine, other = right[own.Index], right[AGAINST]
         assert own.difference.value == pytest.approx(mine.mean() - other.mean())
         assert own.only_it.value == pytest.approx((mine & ~other).mean())
         assert own.only_other.value == pytest.approx((other & ~mine).mean())
         for name in NAMES:
             here = right.index.str.startswith(name)
             by_hand = mine[here].mean() - other[here].mean()
-            assert own.by_family[name].value == pytest.approx(by_hand)
-    assert [own.method.spec for own in found.simulations] == ["ps_opt@mujoco"]
-    gain = found.simulations[0]
-    assert dataclasses.replace(gain, p=0.2).significant == 0
-    better = dataclasses.replace(gain.difference, value=0.1)
-    assert dataclasses.replace(gain, p=0.01, difference=better).significant == 1
+            gain = found.gains_by_family[f"family_gain:{name}"][own.Index]
+            assert gain.value == pytest.approx(by_hand)
+    assert found.simulations == 1
+    assert found.more == found.fewer == []  # six layouts show nothing
 
 
 def test_a_layout_without_a_label_is_counted_apart(result, counted, monkeypatch):
@@ -111,14 +107,15 @@ def test_a_layout_without_a_label_is_counted_apart(result, counted, monkeypatch)
     results.loc[here, "status"] = "error"
     families = {name: name.rsplit("-", 1)[0] for name in judged.said.index.unique("layout")}
     changed = dataclasses.replace(judged, said=said, results=results)
-    found = compare(judging.FamilyCases(changed, families, {}, 5))
-    assert found.whole.n == whole.whole.n - 1
-    assert found.whole.unlabelled == {"error": 1}
-    assert {own.n for own in found.together} == {found.whole.n}
+    found = compare(judging.FamilyCases(changed, families, {}, LAYOUTS))
+    count = len(whole.each) * LAYOUTS - 1
+    assert found.families["stable"][ALL].n == count
+    assert found.families["unlabelled"][ALL] == {"error": 1}
+    assert {own.n for own in found.methods["right"]} == {count}
     said[LABEL] = None
     none = dataclasses.replace(judged, said=said)
     with pytest.raises(ResultsError, match="label@mujoco has a verdict on none of the cases"):
-        compare(judging.FamilyCases(none, families, {}, 5))
+        compare(judging.FamilyCases(none, families, {}, LAYOUTS))
 
 
 def test_more_layouts_go_on_from_fewer(result):
@@ -134,17 +131,13 @@ def test_more_layouts_go_on_from_fewer(result):
 
 def test_the_page_shows_what_was_found(result, assert_shown):
     asked, _, found = result
-    told = dataclasses.replace(found, left_out={"ps_opt@none": "engine 'none' is not installed"})
+    told = Found(**vars(found) | {"left_out": {"ps_opt@none": "engine 'none' is not installed"}})
     text = assert_shown(
         asked,
         told,
-        answer=[found.whole.n, percent(found.together[0].right)],
-        tables=[
-            found.together, found.by_family, found.gains, found.gains, *found.each.values(),
-            found.families,
-        ],
+        answer=[found.best["right"].n, percent(found.best["right"])],
         charts=["right"],
         drawn=False,
-    )  # fmt: skip
-    assert plain_percent(found.refusing[0].refused.value) in text
+    )
+    assert plain_percent(found.refusing["refused"].value) in text
     assert "ps_opt@none" in text

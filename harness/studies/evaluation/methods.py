@@ -50,16 +50,10 @@ def by_method(frame: pd.DataFrame, by: Sequence[str] = ("method",)) -> pd.DataFr
         ``of_yardstick``, ``of_unit``: ratios of CPU times on the same cases; ``note``: the costs in
         words. What is not known is missing.
     """
-    rows = frame.groupby(list(by), sort=False)
-    # The index is given: of columns with other rows pandas would make a sorted one.
-    found = pd.DataFrame({n: v.share(frame, n, by) for n in _SHARES}, rows.size().index)
-    lost = frame[frame["status"] != "done"].groupby([*by, "status"]).size()
-    lost = lost.groupby(list(by)).agg(lambda own: own.droplevel(list(by)).to_dict())
-    timed = frame[rows["cpu"].transform("count") > 0]
+    timed = frame[frame.groupby(list(by), sort=False)["cpu"].transform("count") > 0]
     taken = timed.groupby(list(by), sort=False)["cpu"]
-    found = found.assign(
-        key=rows["key"].first(), title=rows["title"].first(),
-        lost=lost, cpu=v.mean(frame, "cpu", by), wall=v.mean(frame, "wall", by),
+    found = v.by_method(frame, _SHARES, by).assign(
+        cpu=v.mean(frame, "cpu", by), wall=v.mean(frame, "wall", by),
         median=taken.quantile(0.5), ninety=taken.quantile(0.9), worst=taken.max(),
         brief=v.share(timed, "brief", by), long=v.share(timed, "long", by),
         of_yardstick=v.ratio(frame, "cpu", "yardstick", by),
@@ -142,7 +136,7 @@ def chosen_few(rows: pd.DataFrame) -> list[str]:
     family = rows["key"].map(lambda key: key.family)
     wanted = (*v.front(rows["right"], rows["cpu"]), YARDSTICK)
     chosen = [method for method in dict.fromkeys(wanted) if method in rows.index]
-    best = v.values(rows["right"]).sort_values(ascending=False, kind="stable").index
+    best = v.ranked(rows["right"])
     others = family[best][~family[best].isin(set(family[chosen]))]
     chosen = [*chosen, *others.drop_duplicates().index][:FEW]
     return [method for method in rows.index if method in chosen]
@@ -172,7 +166,7 @@ def against(tests: Mapping[str, pd.DataFrame], rows: pd.DataFrame, held: str) ->
 
 def differences(tests: pd.DataFrame, rows: pd.DataFrame, few: Sequence[str]) -> list[Values]:
     """Cells of a matrix: differences between the few methods, the most accurate first."""
-    order = v.values(rows.loc[few, "right"]).sort_values(ascending=False, kind="stable").index
+    order = v.ranked(rows.loc[few, "right"])
     two_ways, titles = v.both_ways(tests), dict(rows["title"])
     return [
         {"line": titles[one], "place": titles[other], "value": test["difference"],

@@ -13,7 +13,7 @@ from steadyload.layouts.benchmark.dataset import KEYS
 from steadyload.layouts.benchmark.real import PALLET_SOFTWARE
 from steadyload.layouts.sizes import FEWER, FINE_SIZES, SIZES, binned
 from steadyload.runs import frames as v
-from steadyload.runs.costs import CPU, WALL, limited_costs, timed_costs
+from steadyload.runs.costs import limited_costs, timed_costs
 from steadyload.runs.judged import JudgedCases
 from steadyload.studies.evaluation.judging import Options, Ran
 
@@ -43,13 +43,7 @@ def costed(judged: JudgedCases, ran: Ran, asked: Options) -> pd.DataFrame:
         costs = limited_costs(judged.results, asked.timeout)
     else:
         costs = timed_costs(ran.timed.times, pd.MultiIndex.from_tuples(ran.timed.cases, names=KEYS))
-    taken = {spec: own[[CPU, WALL]] for spec, own in costs.milliseconds.items()}
-    empty = pd.DataFrame(columns=["method", *KEYS, CPU, WALL]).set_index(["method", *KEYS])
-    long = pd.concat(taken, names=["method"]) if taken else empty
-    frame = v.verdicts(judged).merge(
-        long.rename(columns={CPU: "cpu", WALL: "wall"}).astype(float),
-        "left", left_on=["method", *KEYS], right_index=True,
-    )  # fmt: skip
+    frame = v.costed(judged, costs)
     return frame.assign(
         yardstick=v.beside(frame, "cpu", YARDSTICK), unit=v.beside(frame, "cpu", UNIT),
         brief=frame["cpu"] <= BRIEF, long=frame["cpu"] <= LONG,

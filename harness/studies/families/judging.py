@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-import pandas as pd
-
 from steadyload.atomic import without_link
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.packing.families import FAMILIES, family_layouts
@@ -28,6 +26,9 @@ _RULES = ("fbs", "sme", "equilibrium", AGAINST)
 _LEARNED = ("lstm_e", "lstm_e:outside=accept")
 _CASCADES = ("cascade@rapier", "cascade@mujoco")
 
+LAYOUTS, SEED = 120, 2
+"""Layouts of every family, and their seed."""
+
 _TURN = 10
 """Layouts a unit of work."""
 
@@ -39,13 +40,13 @@ class FamilyCases(NamedTuple):
         judged: verdicts of the methods and of :data:`LABEL`.
         families: name of the family of every layout.
         left_out: usual methods that cannot judge here, with the reasons.
-        seed: of the layouts.
+        layouts: of every family.
     """
 
     judged: JudgedCases
     families: Mapping[str, str]
     left_out: Mapping[str, str]
-    seed: int
+    layouts: int
 
 
 def usual_methods() -> tuple[str, ...]:
@@ -53,15 +54,14 @@ def usual_methods() -> tuple[str, ...]:
     return (*_RULES, *_LEARNED, *_CASCADES, *(f"{TUNED}@{name}" for name in tuned_engines()))
 
 
-def judge_families(lab: Lab, layouts: int, seed: int, methods: Sequence[str]) -> FamilyCases:
+def judge_families(lab: Lab, limit: int | None, methods: Sequence[str]) -> FamilyCases:
     """Judge layouts of all families, as far as that is missing.
 
     Families take turns, so that a run of more layouts goes on where one of fewer ended.
 
     Args:
         lab: where it runs.
-        layouts: of every family.
-        seed: of all of them.
+        limit: layouts of every family; None for :data:`LAYOUTS`.
         methods: specs; empty for those of :func:`usual_methods` that can judge here.
 
     Raises:
@@ -73,7 +73,8 @@ def judge_families(lab: Lab, layouts: int, seed: int, methods: Sequence[str]) ->
     for method in fixed:
         method.prepare()
     label, against = (str(method.spec) for method in fixed)
-    made = {name: family_layouts(name, layouts, seed) for name in FAMILIES}
+    layouts = limit or LAYOUTS
+    made = {name: family_layouts(name, layouts, SEED) for name in FAMILIES}
     turns = [own for of_all in zip(*made.values(), strict=True) for own in of_all]
     lab.work.mkdir(parents=True, exist_ok=True)
     file = lab.work / "families.layouts"
@@ -89,10 +90,4 @@ def judge_families(lab: Lab, layouts: int, seed: int, methods: Sequence[str]) ->
         definition, run, workers=lab.workers, progress=lambda *of: lab.progress("judging", *of)
     )
     families = {own.name: name for name, of_family in made.items() for own in of_family}
-    return FamilyCases(load_judged(run), families, left_out, seed)
-
-
-def families_of(said: pd.DataFrame, families: Mapping[str, str]) -> pd.Series:
-    """The family of every case, in the order of the verdicts."""
-    names = said.index.get_level_values("layout")
-    return pd.Series([families[name] for name in names], said.index)
+    return FamilyCases(load_judged(run), families, left_out, layouts)

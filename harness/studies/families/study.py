@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from steadyload.studies.kit import Lab, PublishedPage, Study, methods_option, option
+from steadyload.studies.kit import Lab, Study, methods_option, option
 
 if TYPE_CHECKING:
     from steadyload.studies.families.comparing import Found
@@ -15,10 +15,8 @@ class Families(Study["Found"]):
 
     question = "How accurate are methods on layouts unlike those they were fitted on?"
     about = "judge families of generated layouts outside the distribution of the labelled sets"
-    pages = (PublishedPage("families", "--seed 2"),)
 
-    layouts: int = option(120, "of every family (default: 120)", least=1)
-    seed: int = option(1, "of the layouts (default: 1)", least=0)
+    limit: int | None = option(None, "layouts of every family (default: 120)", least=1)
     methods: tuple[str, ...] = methods_option(
         "may be repeated (default: rules, networks, cascades and tuned simulations)"
     )
