@@ -303,9 +303,10 @@ def taken_of(module, path):
 
 
 def test_methods_are_compared_in_one_place():
-    """Tests and corrections are of `runs.comparison`; others take the level that pages state."""
+    """Tests and corrections are of `runs`; others take what pages state: the level, the power."""
+    stated = {"LEVEL", "detectable"}
     users = {
-        name: {*taken_of("statistics.paired", path)} - {"LEVEL"} for name, path in modules().items()
+        name: {*taken_of("statistics.paired", path)} - stated for name, path in modules().items()
     }
     assert {name for name, taken in users.items() if taken} == {"runs.comparison"}
 

@@ -1,8 +1,6 @@
 """The study of a cascade: who decided what, beside other methods, and which aims are reached."""
 
-import dataclasses
 import math
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -14,19 +12,19 @@ from steadyload.methods.cascade.thresholds import (
     Larger,
     Stage,
     Thresholds,
-    ThresholdsError,
     fingerprint,
     write_thresholds,
 )
 from steadyload.methods.registry import make_method
 from steadyload.reports.table import percent
-from steadyload.runs.comparison import detectable
+from steadyload.runs.frames import values
 from steadyload.runs.results import load_results
 from steadyload.statistics.estimate import Estimate
+from steadyload.statistics.paired import detectable
+from steadyload.studies.cascade import comparing
 from steadyload.studies.cascade.comparing import aims, compare
 from steadyload.studies.cascade.study import Cascade
 from steadyload.studies.kit import Lab
-from steadyload.tuning import TuningError
 
 FOUND = {
     "cases": 900, "item_lists": 6, "independent": 450.0, "allowed": 3, "lost": 2, "gained": 1,
@@ -52,25 +50,24 @@ def study(tmp_path_factory):
     ladders = {0.5: Ladder(stages, LAST, FOUND), 2.0: Ladder((), LAST, FOUND)}
     file = folder / "t.json"
     write_thresholds("mujoco", Thresholds(0.5, ladders, made_of, made_by), file)
-    return found_in(folder), folder
-
-
-def found_in(folder):
-    return compare(
-        Lab(folder, 0), "mujoco", part="validation", limit=6, thresholds=folder / "t.json",
-        beside=("fbs", LAST),
-    )  # fmt: skip
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(comparing, "CASCADE", f"cascade@mujoco:thresholds={file}")
+        patch.setattr(comparing, "BESIDE", ("fbs", LAST))
+        patch.setattr(comparing, "DIRECTORY", "")
+        patch.setattr(comparing, "PART", "validation")
+        yield compare(Lab(folder, 0), 6), folder
 
 
 def test_shares_of_stages_add_up_and_tell_who_was_right(study):
     record, _ = study
-    titles = ["Equilibrium", "Equilibrium above 4 items", record.best.title]
-    assert [s.stage for s in record.stages] == titles
-    assert sum(s.steps.value for s in record.stages) == pytest.approx(1.0)
-    assert sum(s.layouts.value for s in record.stages) == pytest.approx(1.0)
-    right = sum(s.layouts.value * s.layouts_right.value for s in record.stages)
-    assert right == pytest.approx(record.cascade.accuracy.value)
-    assert [(s.low, s.high) for s in record.stages] == [(0.7, None), (0.6, None), (None, None)]
+    titles = ["Equilibrium", "Equilibrium above 4 items", record.best["title"]]
+    found = record.stages
+    assert list(found["stage"]) == titles
+    assert values(found["stage_steps"]).sum() == pytest.approx(1.0)
+    assert values(found["stage_layouts"]).sum() == pytest.approx(1.0)
+    right = (values(found["stage_layouts"]) * values(found["layouts_right"])).sum()
+    assert right == pytest.approx(record.cascade["right"].value)
+    assert found[["low", "high"]].fillna(-1).to_numpy().tolist() == [[0.7, -1], [0.6, -1], [-1, -1]]
 
 
 def test_decisions_are_those_of_the_cascade(study):
@@ -85,11 +82,13 @@ def test_decisions_are_those_of_the_cascade(study):
         above += [own.stage == "equilibrium" and own.step >= 4 for own in decisions]
         label = math.inf if case.failing_step is pd.NA else case.failing_step
         right += [own.unstable == (own.step == label) for own in decisions if own.step <= label]
-    assert record.stages[1].steps.value == pytest.approx(np.mean(above)) != 0.0
-    assert record.stages[-1].layouts.value == pytest.approx(np.mean([LAST in s for s in stages]))
+    assert record.stages["stage_steps"][1].value == pytest.approx(np.mean(above)) != 0.0
+    assert record.stages["stage_layouts"].iloc[-1].value == pytest.approx(
+        np.mean([LAST in s for s in stages])
+    )
     # Of some an earlier stage decided the last step.
     assert any(LAST in own[:-1] and own[-1] != LAST for own in stages)
-    shares = [(own.right.value, own.right.n) for own in record.stages]
+    shares = [(own.value, own.n) for own in record.stages["steps_right"]]
     assert sum(n for _, n in shares) == len(right)
     assert sum(share * n for share, n in shares) == pytest.approx(sum(right))
     assert not all(right)
@@ -98,44 +97,44 @@ def test_decisions_are_those_of_the_cascade(study):
 def test_all_are_judged_on_the_same_cases_and_held_against_the_cascade(study):
     record, folder = study
     assert record.cases == 18
-    assert record.fitted_there
-    assert [m.budget for m in record.swept] == ["0.5", "2"]
-    fbs, last = record.others
-    assert (fbs.method.spec, last.method.spec) == ("fbs", LAST)
-    assert fbs.ahead.value == pytest.approx(record.cascade.accuracy.value - fbs.accuracy.value)
-    assert fbs.shown == detectable(fbs.ahead, record.item_lists)
-    assert record.best == last
-    assert record.cascade == record.swept[0]
-    assert (record.cascade.ahead, record.cascade.cost_ratio) == (None, None)
+    assert list(record.swept["budget"]) == ["0.5", "2"]
+    assert list(record.others.index) == ["fbs", LAST]
+    (_, fbs), (_, last) = record.others.iterrows()
+    assert fbs["ahead"].value == pytest.approx(record.cascade["right"].value - fbs["right"].value)
+    assert fbs["shown"] == detectable(fbs["ahead"], record.item_lists)
+    assert record.best.name == LAST
+    assert record.cascade.name == record.swept.index[0] == record.beside.index[0]
+    assert record.cascade[["ahead", "cost_ratio"]].isna().all()
     # With no stage before it, the last method is asked of every step: the same substeps.
-    assert record.swept[1].substeps == last.substeps > record.cascade.substeps > 0.0
+    assert record.swept["substeps"].iloc[1] == last["substeps"] > record.cascade["substeps"] > 0.0
     rows = load_results(folder / "run")
     assert set(rows.groupby("method").size()) == {18}
+    taken = rows.pivot(index=["layout", "scenario"], columns="method", values="cpu_total").mean()
+    ratio = taken[record.cascade.name] / taken[LAST]
+    assert last["cost_ratio"].value == pytest.approx(ratio)
 
 
 def test_an_interrupted_study_goes_on(study, monkeypatch):
     record, folder = study
     monkeypatch.setattr("steadyload.runs.provenance.machine_kind", lambda: "another")
-    again = found_in(folder)
-    assert [m.cpu for m in again.swept + again.others] == [
-        m.cpu for m in record.swept + record.others
-    ]
-    assert again.cost_source == record.cost_source
+    again = compare(Lab(folder, 0), 6)
+    assert list(again.others["cpu"]) == list(record.others["cpu"])
+    assert again.costs == record.costs
     assert again.made_with == record.made_with, "that of the times"
 
 
 def test_thresholds_are_as_their_file_describes_them(study):
     record, _ = study
-    first, second = record.ladders
-    assert (first.budget, second.stages) == ("0.5", "-")
-    assert first.stages == "equilibrium (other thresholds above 4 items)"
-    assert (first.last, first.cases, first.independent) == (LAST, 900, 450.0)
-    assert (first.losses, first.gained, first.left_out) == ((2, 3), 1, FOUND["left_out"])
-    assert (first.bound, first.sure_bound) == (0.004, 0.0123)
-    assert (first.accuracy, first.alone) == (0.98, 0.981)
-    assert [(row.method, row.steps, row.lost) for row in first.decided] == [("equilibrium", 10, 0)]
-    assert first.elsewhere[0].decided == 2872
-    assert [(row.above, row.lost, row.cases) for row in first.left_out_by_size] == [(20, 5, 900)]
+    ladders, first = record.ladders, record.first
+    assert (ladders["budget"][0], ladders["before_last"][1]) == ("0.5", "-")
+    assert ladders["before_last"][0] == "equilibrium (other thresholds above 4 items)"
+    assert (first["last"], first["cases"], first["independent"]) == (LAST, 900, 450.0)
+    assert (ladders["losses"][0], ladders["left_out"][0]) == ("2 (3)", "5 of 900")
+    assert (ladders["bound"][0], ladders["sure_bound"][0]) == (0.004, 0.0123)
+    assert (ladders["together"][0], ladders["alone"][0]) == (0.98, 0.981)
+    assert record.decided.to_numpy().tolist() == [["equilibrium", 10, 0, 0]]
+    assert record.elsewhere["decided"][0] == 2872
+    assert record.left_out_by_size.to_numpy().tolist() == [[20, 5, 900]]
 
 
 def test_what_made_thresholds_is_told(study):
@@ -147,15 +146,10 @@ def test_what_made_thresholds_is_told(study):
 
 def test_the_page_shows_what_was_found(study, assert_shown):
     record, _ = study
-    own, first = record.cascade, record.ladders[0]
     assert_shown(
         Cascade(),
         record,
-        answer=[percent(own.accuracy), record.cases],
-        tables=[
-            *(record.aims, [own, *record.others], record.stages, record.swept, record.ladders),
-            *(first.left_out_by_size, first.decided, first.elsewhere),
-        ],
+        answer=[percent(record.cascade["right"]), record.cases],
         charts=["cascade-sweep"],
     )
 
@@ -166,12 +160,12 @@ def about(value):
 
 def reached(record, accuracy, cpu, ahead, cost):
     """Whether aims are reached by a cascade beside one simulation of these numbers."""
-    cascade = dataclasses.replace(record.cascade, accuracy=about(accuracy), cpu=about(cpu))
-    simulation = dataclasses.replace(
-        record.best, accuracy=about(accuracy - ahead.value), ahead=ahead, cpu=about(cpu / cost),
+    cascade = pd.Series({"right": about(accuracy), "cpu": about(cpu)})
+    simulation = record.others.loc[[LAST]].assign(
+        right=about(accuracy - ahead.value), ahead=ahead, cpu=about(cpu / cost),
         cost_ratio=about(cost),
     )  # fmt: skip
-    return [aim.reached for aim in aims(cascade, [simulation])]
+    return list(aims(cascade, simulation)["reached"])
 
 
 @pytest.mark.parametrize(
@@ -197,33 +191,9 @@ def test_an_aim_is_decided_by_the_interval(ahead, answer, study):
     assert found == [answer, "yes", "yes"]
 
 
-@pytest.mark.parametrize(
-    ("wrong", "error", "message"),
-    [
-        (
-            {"judge_on": "train"},
-            TuningError,
-            "part is 'train'; allowed: fitting, search, test, test-300, validation",
-        ),
-        ({"judge_on": "all"}, TuningError, "part is 'all'"),
-        ({"judge_on": "tset"}, TuningError, "did you mean 'test'"),
-        (
-            {"thresholds": Path("none.json")},
-            ThresholdsError,
-            r"none.json: no such file .*fit --engine mujoco -o none",
-        ),
-    ],
-)
-def test_what_stages_learnt_from_and_what_is_not_there_is_no_page(wrong, error, message, tmp_path):
-    with pytest.raises(error, match=message):
-        Cascade(limit=2, **wrong).run(Lab(tmp_path / "work", 0))
-    assert not (tmp_path / "work").exists()
-
-
-def test_the_package_s_cascade_is_judged_on_a_set_of_its_own(tmp_path):
+def test_the_package_s_cascade_is_judged_on_a_set_of_its_own(tmp_path, monkeypatch):
     """Its thresholds are fitted on a set that has no test part."""
-    record = compare(
-        Lab(tmp_path, 0), "mujoco", directory="lists", limit=2, beside=("fbs", "ps_opt@mujoco")
-    )
-    assert (record.part, record.cases, record.fitted_there) == ("lists test", 6, False)
+    monkeypatch.setattr(comparing, "BESIDE", ("fbs", "ps_opt@mujoco"))
+    record = Cascade(limit=2).run(Lab(tmp_path, 0))
+    assert (record.part, record.cases) == ("lists test", 6)
     assert record.made_with["thresholds fitted on"].startswith("choosing, real; cases ")

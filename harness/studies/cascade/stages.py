@@ -5,8 +5,7 @@ Shares are 0 to 1.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from functools import partial
+from collections.abc import Iterable
 
 import numpy as np
 import pandas as pd
@@ -17,27 +16,8 @@ from steadyload.methods.cascade.thresholds import Ladder, Larger
 from steadyload.methods.cascade.thresholds import Stage as LadderStage
 from steadyload.methods.naming import method_key
 from steadyload.methods.registry import make_method
-from steadyload.reports.columns import column, compact, fixed, percent, row
-from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import share
 from steadyload.statistics.placed import items_placed_by_case
-
-_three = partial(compact, digits=3)
-
-
-@row
-class Stage:
-    """Decisions by one pair of thresholds; without any it is the last stage, for what is left."""
-
-    stage: str = column()
-    low: float | None = column("stable below", _three, "of the step score; None: it never accepts")
-    high: float | None = column(
-        "unstable above", lambda high: fixed(high, 4), "likewise; None: it never rejects"
-    )
-    steps: Estimate = column("steps %", percent, "share of all steps that it decided")
-    right: Estimate = column("right %", percent, "of these, up to the label's failing step")
-    layouts: Estimate = column("layouts %", percent, "share that needed it and no later one")
-    layouts_right: Estimate = column("right %", percent, "of these layouts")
 
 
 def decisions_of(
@@ -87,20 +67,32 @@ def _thresholds(ladder: Ladder) -> list[tuple[str, Larger]]:
     return [(stage.method, each) for stage in _with_last(ladder) for each in stage.ranges]
 
 
-def stages_of(cascade: Cascade, steps: pd.DataFrame, layouts: pd.DataFrame) -> Iterator[Stage]:
-    """Stages and their pairs of thresholds, of the tables of :func:`decisions_of`."""
-    known = _thresholds(cascade.ladder)
+def stages_of(cascade: Cascade, steps: pd.DataFrame, layouts: pd.DataFrame) -> pd.DataFrame:
+    """Stages and their pairs of thresholds, of the tables of :func:`decisions_of`.
+
+    Returns:
+        ``stage``; ``low``, ``high``: a step of a lower score is stable, of a higher one unstable;
+        missing where it never accepts or rejects, both of the last one, for what is left;
+        ``stage_steps``: share of all steps that it decided; ``steps_right``: of these, up to the
+        label's failing step; ``stage_layouts``: share of layouts that needed it and no later one;
+        ``layouts_right``: of these.
+    """
+    known, found = _thresholds(cascade.ladder), []
     for number, (method, each) in enumerate(known):
         if (each.low, each.high) == (None, None) and number + 1 < len(known):
             continue
         own = steps[(steps["stage"] == number) & steps["labelled"]]
         needed = layouts[layouts["stage"] == number]
         title = method_key(make_method(method)).title
-        yield Stage(
-            f"{title} above {each.above} items" if each.above else title,
-            *(each.low, each.high),
-            steps=share(np.asarray(steps["stage"] == number), steps["list"]),
-            right=share(own["right"], own["list"]),
-            layouts=share(np.asarray(layouts["stage"] == number), layouts["list"]),
-            layouts_right=share(needed["right"], needed["list"]),
+        found.append(
+            {
+                "stage": f"{title} above {each.above} items" if each.above else title,
+                "low": each.low,
+                "high": each.high,
+                "stage_steps": share(np.asarray(steps["stage"] == number), steps["list"]),
+                "steps_right": share(own["right"], own["list"]),
+                "stage_layouts": share(np.asarray(layouts["stage"] == number), layouts["list"]),
+                "layouts_right": share(needed["right"], needed["list"]),
+            }
         )
+    return pd.DataFrame(found)
