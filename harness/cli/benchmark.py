@@ -39,7 +39,6 @@ class Info:
             f"{found['layouts']} layouts of {found['instances']} instances, "
             f"{found['cases']} cases; origin: {found['origin'] or 'not stated'}"
         )
-        print("status: " + ", ".join(f"{count} {name}" for name, count in found["status"].items()))
         shares = (f"{s} {100 * share:.1f} %" for s, share in found["natural_stable"].items())
         print("naturally stable: " + (", ".join(shares) or "nothing is labelled"))
         header = ("split", "scenario", "cases", "stable", "unstable", "layouts", "instances")
@@ -50,15 +49,14 @@ class Info:
                 for row in found["splits"]
             ],
         )
-        if found["stands"]:
-            stands = (f"{count} {name}" for name, count in found["stands"].items())
-            print("\nlabels of the question stands: " + ", ".join(stands))
-        for key, of in (("confidence", ""), ("confidence_stands", " of the question stands")):
-            sure = found[key]
-            if sure["cases"]:
+        print()
+        for row in found["labels"]:
+            statuses = ", ".join(f"{count} {name}" for name, count in row["status"].items())
+            print(f"labels of the question {row['question']}: {statuses or 'none'}")
+            if row["cases"]:
                 print(
-                    f"\nconfidence: {sure['cases']} labels{of} judged again, {sure['robust']} "
-                    f"robust, {sure['fragile']} fragile; mean {100 * sure['mean']:.1f} %"
+                    f"  confidence: {row['cases']} judged again, {row['robust']} robust, "
+                    f"{row['fragile']} fragile; mean {100 * row['mean']:.1f} %"
                 )
         _section(
             ("judge", "reason", "cases", "agrees %"),

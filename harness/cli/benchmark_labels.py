@@ -62,7 +62,7 @@ class Label:
                 workers=self.workers,
                 progress=progress,
             )
-        print(f"{count} labels of the question stands -> {self.directory / 'stands.parquet'}")
+        print(f"{count} labels of the question stands -> {self.directory / 'labels.parquet'}")
 
     def _within(self) -> None:
         from steadyload.labelling.labelling import PANELS, label_set, split_sizes

@@ -6,6 +6,7 @@ import pandas as pd
 
 from steadyload.layouts.benchmark.dataset import KEYS, Benchmark
 from steadyload.layouts.benchmark.parts import SPLITS
+from steadyload.layouts.model.question import Question
 from steadyload.layouts.model.scenarios import Scenario
 from steadyload.reports.columns import column, percent, row
 from steadyload.statistics.estimate import Estimate
@@ -36,12 +37,10 @@ class QuestionShares:
 
 def question_shares(benchmark: Benchmark) -> list[QuestionShares]:
     """A row a split and scenario of the cases that have labels of both questions."""
-    if benchmark.stands.empty:
-        return []
     columns = ["split", "instance", "item_count", "failing_step"]
-    cases = benchmark.cases.set_index(KEYS)[columns]
-    stands = benchmark.stands.set_index(KEYS)[["status", "failing_step"]]
-    both = stands.join(cases, rsuffix="_within")
+    cases = benchmark.cases.set_index(KEYS)[columns].rename(columns={"failing_step": "within"})
+    stands = benchmark.labels_on(Question.STANDS).set_index(KEYS)[["status", "failing_step"]]
+    both = stands.join(cases)
     found = []
     for split in SPLITS:
         own = both[both["split"] == split]
@@ -58,7 +57,7 @@ def _shares(split: str, scenario: str, part: pd.DataFrame) -> QuestionShares:
     unsettled = int(statuses.get("unsettled", 0))
     done = part[part["status"] == "done"]
     count, lists = done["item_count"].astype(int), done["instance"]
-    within = items_placed_by_case(done["failing_step_within"], count)
+    within = items_placed_by_case(done["within"], count)
     stands = items_placed_by_case(done["failing_step"], count)
     return QuestionShares(
         split=split,

@@ -189,7 +189,7 @@ def _store(
             if verdicts is not None
         ]
         if rows:
-            with_further(directory, pd.DataFrame(rows, columns=OPINIONS.names), question)
+            with_further(directory, pd.DataFrame(rows, columns=OPINIONS.names))
 
 
 def _verdict_row(
@@ -201,7 +201,7 @@ def _verdict_row(
         spec = spec.stating("question", question)
     said = str(make_method(str(spec)).spec)
     status, step = verdicts.verdict(question)
-    return case.layout.name, case.scenario, str(judge.reason), said, status, step
+    return case.layout.name, case.scenario, str(question), str(judge.reason), said, status, step
 
 
 def close_cases(benchmark: Benchmark, part: Part | str, standing: int) -> list[CloseCase]:
@@ -211,7 +211,9 @@ def close_cases(benchmark: Benchmark, part: Part | str, standing: int) -> list[C
         BenchmarkError: no case of the part was labelled by screening, for both questions.
     """
     labels = benchmark.select(part).merge(
-        benchmark.stands[[*KEYS, "failing_step"]], on=KEYS, suffixes=("", "_stands")
+        benchmark.labels_on(Question.STANDS)[[*KEYS, "failing_step"]],
+        on=KEYS,
+        suffixes=("", "_stands"),
     )
     labels = labels.merge(benchmark.screening, on=KEYS)
     if labels.empty:

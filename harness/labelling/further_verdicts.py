@@ -13,13 +13,7 @@ from steadyload.labelling.labelling import JUDGES, FurtherMethod, further_rows, 
 from steadyload.layouts.benchmark.confidence import Reason
 from steadyload.layouts.benchmark.dataset import KEYS, load_benchmark
 from steadyload.layouts.benchmark.parts import Part
-from steadyload.layouts.benchmark.tables import (
-    STANDS_OPINIONS,
-    read_further,
-    read_tables,
-    write_further,
-    write_tables,
-)
+from steadyload.layouts.benchmark.tables import read_tables, write_tables
 from steadyload.layouts.model.question import Question, question_named
 from steadyload.methods.contract.spec import parse_spec
 from steadyload.methods.registry import make_method
@@ -128,24 +122,17 @@ def _add(
     """Add to the table of opinions the cases of a run folder that all methods have judged."""
     rows = load_results(folder)
     judged = rows.groupby(KEYS)["method"].transform("nunique")
-    with_further(directory, further_rows(rows[judged == len(judges)], judges), question)
+    with_further(directory, further_rows(rows[judged == len(judges)], judges, question))
 
 
-def with_further(directory: Path, said: pd.DataFrame, question: Question) -> None:
-    """Add rows to a set's table of opinions on a question.
+def with_further(directory: Path, said: pd.DataFrame) -> None:
+    """Add rows to a set's table of opinions.
 
-    Earlier verdicts of the same methods on these cases give way.
+    Earlier verdicts of the same methods on these cases and questions give way.
     """
-    made = {"judged_with": provenance()}
-    if question == Question.STANDS:
-        before = read_further(directory, STANDS_OPINIONS)
-        write_further(directory, STANDS_OPINIONS, _joined(before, said), made)
-    else:
-        layouts, cases, before, manifest = read_tables(directory)
-        every = _joined(before, said)
-        write_tables(directory, layouts, cases, every, manifest | made, keep_further=True)
-
-
-def _joined(before: pd.DataFrame, said: pd.DataFrame) -> pd.DataFrame:
+    layouts, cases, before, manifest = read_tables(directory)
     every = pd.concat([before, said], ignore_index=True)
-    return every.drop_duplicates([*KEYS, "judge"], keep="last")
+    every = every.drop_duplicates([*KEYS, "question", "judge"], keep="last")
+    asked = dict.fromkeys(said["question"].unique(), provenance())
+    made = {"judged_with": manifest.get("judged_with", {}) | asked}
+    write_tables(directory, layouts, cases, every, manifest | made, keep_further=True)

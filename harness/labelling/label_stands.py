@@ -11,7 +11,7 @@ from steadyload.labelling.label_rows import LABEL
 from steadyload.labelling.labelling import judged
 from steadyload.layouts.benchmark.dataset import load_benchmark
 from steadyload.layouts.benchmark.parts import HELD_OUT, Part
-from steadyload.layouts.benchmark.tables import STANDS, BenchmarkError, write_further
+from steadyload.layouts.benchmark.tables import LABELS, BenchmarkError, write_further
 from steadyload.layouts.model.question import Question
 from steadyload.layouts.model.scenarios import Scenario
 from steadyload.methods.registry import make_method
@@ -63,9 +63,10 @@ def label_stands(
             for part in parts
             if limits.get(part) != 0
         ]
-        stands = pd.concat(found, ignore_index=True)
-        write_further(directory, "stands", stands, {"label": SPEC, "labelled_with": provenance()})
-    return len(stands)
+        labels = pd.concat(found, ignore_index=True)
+        made = {str(Question.STANDS): {"label": SPEC, "labelled_with": provenance()}}
+        write_further(directory, "labels", labels, made)
+    return len(labels)
 
 
 def _labels_of(
@@ -81,4 +82,5 @@ def _labels_of(
         shard_size=50,
     )
     folder = directory / "stands" / part
-    return judged(study, folder, workers, partial(progress, str(part)))[STANDS.names]
+    found = judged(study, folder, workers, partial(progress, str(part)))
+    return found.assign(question=str(Question.STANDS))[LABELS.names]

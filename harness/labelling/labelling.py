@@ -51,11 +51,13 @@ from steadyload.layouts.benchmark.tables import (
     OPINIONS,
     UNLABELLED,
     BenchmarkError,
+    no_rows,
     read_tables,
     refuse_foreign,
     write_tables,
 )
 from steadyload.layouts.model.layout import Layout
+from steadyload.layouts.model.question import Question
 from steadyload.layouts.model.scenarios import Scenario
 from steadyload.methods.contract.method import Status
 from steadyload.methods.registry import make_method
@@ -236,7 +238,7 @@ def write_unlabelled(
         cases: scenario and layout with its centres of mass; names as in ``layouts``.
         manifest: holds at least the ``seed`` of the splits.
     """
-    write_tables(directory, layouts, _unlabelled(cases), _no_verdicts(), manifest)
+    write_tables(directory, layouts, _unlabelled(cases), no_rows(OPINIONS), manifest)
     return len(cases)
 
 
@@ -359,6 +361,7 @@ def _limits(cases: pd.DataFrame) -> pd.DataFrame:
     """Failing steps of the traces under other thresholds and times."""
     said = [
         cases[KEYS].assign(
+            question=str(Question.WITHIN),
             reason=str(Reason.LIMITS),
             judge=str(make_method(spec).spec),
             status=str(Status.DONE),
@@ -378,7 +381,7 @@ def _asked(
 ) -> pd.DataFrame:
     """Verdicts of the further methods on a part."""
     if not judges:
-        return _no_verdicts()
+        return no_rows(OPINIONS)
     study = StudyDefinition(
         name=f"opinions on {part}",
         methods=tuple(reasons_of(judges)),
@@ -387,7 +390,8 @@ def _asked(
         shard_size=50,
     )
     folder = directory / "opinions" / part
-    return further_rows(judged(study, folder, workers, partial(progress, part)), judges)
+    rows = judged(study, folder, workers, partial(progress, part))
+    return further_rows(rows, judges, Question.WITHIN)
 
 
 def reasons_of(judges: Sequence[FurtherMethod]) -> dict[str, str]:
@@ -395,9 +399,12 @@ def reasons_of(judges: Sequence[FurtherMethod]) -> dict[str, str]:
     return {str(make_method(judge.spec).spec): str(judge.reason) for judge in judges}
 
 
-def further_rows(rows: pd.DataFrame, judges: Sequence[FurtherMethod]) -> pd.DataFrame:
-    """Result rows of further methods as rows of the table of opinions."""
+def further_rows(
+    rows: pd.DataFrame, judges: Sequence[FurtherMethod], question: Question
+) -> pd.DataFrame:
+    """Result rows of further methods on a question as rows of the table of opinions."""
     return rows.assign(
+        question=str(question),
         reason=rows["method"].map(reasons_of(judges)),
         judge=rows["method"],
         failing_step=rows["failing_step"].astype("Int16"),
@@ -410,7 +417,3 @@ def judged(study: StudyDefinition, folder: Path, workers: int, progress: Progres
     limit = PartLimit(CASE_SECONDS, timed_out_row)
     run_study(study, folder, workers=workers, limit=limit, progress=progress)
     return load_results(folder)
-
-
-def _no_verdicts() -> pd.DataFrame:
-    return pd.DataFrame({f.name: pd.Series(dtype=object) for f in OPINIONS})

@@ -30,9 +30,9 @@ from steadyload.layouts.benchmark.parts import Part
 from steadyload.layouts.benchmark.splits import splits_of_manifest
 from steadyload.layouts.benchmark.tables import (
     CASES,
+    LABELS,
     SCREENED,
     SCREENING,
-    STANDS,
     UNLABELLED,
     BenchmarkError,
     read_further,
@@ -41,6 +41,7 @@ from steadyload.layouts.benchmark.tables import (
     write_tables,
 )
 from steadyload.layouts.model.layout import Layout
+from steadyload.layouts.model.question import Question
 from steadyload.methods.contract.method import Status
 from steadyload.methods.registry import make_method
 from steadyload.methods.simulation import step_answers
@@ -242,7 +243,7 @@ def label_again(
         _complete(store, units, workers, progress)
     rows = pd.concat([store.read(unit.key) for unit in units], ignore_index=True)
     now = _compared(rows, rows.rename(columns={"stands": "status_stands"}))
-    stands = benchmark.stands.rename(
+    stands = benchmark.labels_on(Question.STANDS)[[*KEYS, "status", "failing_step"]].rename(
         columns={"status": "status_stands", "failing_step": "failing_step_stands"}
     )
     then = _compared(rows, benchmark.cases.merge(stands, on=KEYS), benchmark.screening)
@@ -339,7 +340,7 @@ def _lost_row(status: Status, unit: ScreenedUnit, part: int, reason: str) -> dic
 def _merge(directory: Path, rows: pd.DataFrame) -> None:
     """Write labels into the tables of a set."""
     layouts, cases, opinions, manifest = read_tables(directory)
-    stands = read_further(directory, "stands")
+    labels = read_further(directory, "labels")
     screening = read_further(directory, "screening")
     shared = [name for name in CASES.names if name in rows and name not in KEYS]
     new = rows.set_index(KEYS)[shared]
@@ -352,7 +353,8 @@ def _merge(directory: Path, rows: pd.DataFrame) -> None:
     own = rows[[*KEYS, "stands", "failing_step_stands", "moved_item"]].rename(
         columns={"stands": "status", "failing_step_stands": "failing_step"}
     )
-    stands = _with(stands, own.reindex(columns=STANDS.names))
+    own = own.assign(question=str(Question.STANDS)).reindex(columns=LABELS.names)
+    labels = _with(labels, own)
     steps = rows[SCREENING.names].dropna(subset="screen")
     screening = _with(screening, steps)
     made = {
@@ -360,7 +362,7 @@ def _merge(directory: Path, rows: pd.DataFrame) -> None:
         "labelled_with": provenance(),
     }  # fmt: skip
     # The cases come last: what they call labelled is in the other tables by then.
-    write_further(directory, "stands", stands, made)
+    write_further(directory, "labels", labels, {str(Question.STANDS): made})
     write_further(directory, "screening", screening, made)
     write_tables(directory, layouts, cases, opinions, {**manifest, **made}, keep_further=True)
     begun = read_further(directory, "begun")

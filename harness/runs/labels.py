@@ -21,7 +21,6 @@ from steadyload.layouts.benchmark import Benchmark, load_benchmark
 from steadyload.layouts.benchmark.dataset import KEYS
 from steadyload.layouts.benchmark.parts import Part
 from steadyload.layouts.benchmark.tables import (
-    STANDS_OPINIONS,
     as_parquet,
     from_parquet,
     later,
@@ -31,6 +30,7 @@ from steadyload.layouts.files.refusals import Refusals
 from steadyload.layouts.formats import read_written
 from steadyload.layouts.model.batch import LayoutBatch
 from steadyload.layouts.model.layout import Layout, LayoutError
+from steadyload.layouts.model.question import Question
 from steadyload.layouts.model.scenarios import Scenario
 from steadyload.reading import MAX_TABLE_BYTES, content_of
 from steadyload.runs.definition import StudyDefinition
@@ -176,8 +176,8 @@ def labelled_material(study: StudyDefinition, benchmark: Benchmark | None = None
 
 
 def _labels(benchmark: Benchmark, chosen: pd.DataFrame) -> pd.DataFrame:
-    sure = benchmark.confidence[["confidence", "robust"]]
-    stands = benchmark.stands.set_index(KEYS)[["status", "failing_step"]]
+    sure = benchmark.confidence_on(Question.WITHIN)[["confidence", "robust"]]
+    stands = benchmark.labels_on(Question.STANDS).set_index(KEYS)[["status", "failing_step"]]
     stands.columns = pd.Index(["stands", "failing_step_stands"])
     classes = benchmark.layouts["item_class"].astype(str)
     joined = chosen.join(sure, on=KEYS).join(stands, on=KEYS).join(classes, on="layout")
@@ -232,10 +232,11 @@ def made_with(benchmark: Benchmark) -> dict[str, str]:
     for key in ("origin", "seed", "instances", "item_counts", "weights", "label", "source"):
         if key in manifest:
             lines[key.replace("_", " ")] = str(manifest[key])
-    stands = manifest.get("stands", {})
-    steps = {step: manifest.get(step) for step in ("built_with", "labelled_with", "judged_with")}
-    steps["stands_labelled_with"] = stands.get("labelled_with")
-    steps["stands_judged_with"] = manifest.get(STANDS_OPINIONS, {}).get("judged_with")
+    labels, opinions = manifest.get("labels", {}), manifest.get("judged_with", {})
+    steps = {step: manifest.get(step) for step in ("built_with", "labelled_with")}
+    steps["judged_with"] = opinions.get("within")
+    steps["stands_labelled_with"] = labels.get("stands", {}).get("labelled_with")
+    steps["stands_judged_with"] = opinions.get("stands")
     for step, found in steps.items():
         if found is not None:
             made = provenance_lines(found)

@@ -11,6 +11,7 @@ from steadyload.layouts.benchmark.dataset import KEYS, Benchmark
 from steadyload.layouts.benchmark.item_lists import CONTAINER, EURO_PALLET
 from steadyload.layouts.benchmark.real import PALLET_SOFTWARE
 from steadyload.layouts.benchmark.tables import UNLABELLED
+from steadyload.layouts.model.question import Question
 from steadyload.statistics.placed import items_placed_by_case
 
 PACKER_TITLES: Mapping[str, str] = {
@@ -59,7 +60,8 @@ def plans_of(benchmark: Benchmark) -> pd.DataFrame:
     """
     sources = benchmark.layouts["sources"].explode()
     sources = sources[sources.isin(list(PACKER_TITLES))].rename("source").reset_index()
-    stands = benchmark.stands.set_index(KEYS)[list(_OF_STANDS)].rename(columns=_OF_STANDS)
+    labels = benchmark.labels_on(Question.STANDS).set_index(KEYS)
+    stands = labels[list(_OF_STANDS)].rename(columns=_OF_STANDS)
     found = benchmark.cases[_OF_CASES].join(stands, on=KEYS).merge(sources, on="layout")
     found["settled"] = (found["stands_status"] == "done").fillna(False).astype(bool)
     found["items"] = found["item_count"].astype(int)

@@ -148,7 +148,7 @@ def _turns(source: CaseSource, directory: str | None, part: str) -> list[tuple[b
     benchmark = load_benchmark(directory)
     question = Question(source.question)
     chosen = benchmark.select(part, limit=source.limit, question=question)
-    chosen = chosen.join(benchmark.confidence["robust"], on=KEYS)
+    chosen = chosen.join(benchmark.confidence_on(Question.WITHIN)["robust"], on=KEYS)
     sure = chosen["robust"].astype("boolean").fillna(True).astype(bool)
     turn = chosen.groupby(["scenario", sure]).cumcount()
     safe = items_placed_by_case(chosen["failing_step"], chosen["item_count"])

@@ -20,6 +20,7 @@ from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.benchmark.parts import REAL
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.model.layout import Item, Layout, Pallet
+from steadyload.layouts.model.question import Question
 from steadyload.methods.contract.method import Status
 from steadyload.methods.registry import make_method
 from steadyload.runs import able
@@ -571,8 +572,9 @@ def test_the_demo_checks_pallets_of_which_half_are_labelled_as_standing(
     out = capsys.readouterr().out.splitlines()
     assert out[-1].startswith("4 pallets: ")
     assert (tmp_path / "demo" / "index.html").exists()
-    labels = load_benchmark(REAL).stands.set_index(["layout", "scenario"])["failing_step"]
-    assert [labels.isna()[layout.name, "S1"] for layout in pallets].count(True) == 2
+    labels = load_benchmark(REAL).labels_on(Question.STANDS)
+    fails = labels.set_index(["layout", "scenario"])["failing_step"].notna()
+    assert [fails[layout.name, "S1"] for layout in pallets].count(False) == 2
     assert main(["check", "demo/pallets.json", "--fail-on", "nothing"]) == 0
 
 

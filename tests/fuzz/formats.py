@@ -366,15 +366,16 @@ def _tables():
         for rank, layout in enumerate(layouts())
     ]  # fmt: skip
     opinions = [
-        {"layout": "A", "scenario": "S1", "reason": "model", "judge": "smooth", "status": "done"}
-    ]
+        {"layout": "A", "scenario": "S1", "question": "within", "reason": "model",
+         "judge": "smooth", "status": "done"}
+    ]  # fmt: skip
     frames = zip(
         (rows, cases, opinions), (tables.LAYOUTS, tables.CASES, tables.OPINIONS), strict=True
     )
     return [tables.as_parquet(pd.DataFrame(r).reindex(columns=s.names), s) for r, s in frames]
 
 
-_SET_MANIFEST = json.dumps({"version": 1, "layouts": 2, "cases": 2, "opinions": 1}).encode()
+_SET_MANIFEST = json.dumps({"version": 2, "layouts": 2, "cases": 2, "opinions": 1}).encode()
 
 
 def _placed_set(folder, name, content):

@@ -16,6 +16,7 @@ import pandas as pd
 from steadyload.layouts import Layout
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.benchmark.parts import PLANAR
+from steadyload.layouts.model.question import Question
 
 FILE = Path(__file__).parent / "verdicts" / "cases.json"
 _TURN = ("near unstable", "unstable", "stable", "near stable", "unstable", "stable")
@@ -69,7 +70,7 @@ def load_cases(*, planar: bool) -> list[Case]:
     """The cases whose names are kept."""
     names = json.loads(FILE.read_text())["planar" if planar else "spatial"]
     benchmark = load_benchmark(PLANAR if planar else None)
-    sure = benchmark.confidence["confidence"]
+    sure = benchmark.confidence_on(Question.WITHIN)["confidence"]
     return [
         Case(scenario, benchmark.layout(name, scenario), sure.get((name, scenario), 0.0) == 1.0)
         for name, scenario in names

@@ -48,10 +48,10 @@ def test_twins_estimate_what_two_independent_draws_agree_in():
 def judged():
     benchmark = load_benchmark()
     labels = benchmark.select("test", limit=40)
-    sure = benchmark.confidence[["confidence", "robust"]]
+    sure = benchmark.confidence_on(Question.WITHIN)[["confidence", "robust"]]
     classes = benchmark.layouts["item_class"].astype(str)
     labels = labels.join(sure, on=KEYS).join(classes, on="layout").set_index(KEYS)
-    return labels, benchmark.opinions
+    return labels, benchmark.further_verdicts_on(Question.WITHIN)
 
 
 def test_scenarios_have_their_usual_order_whatever_the_order_of_the_cases(judged):

@@ -43,9 +43,9 @@ def judged_here(opinions):
 
 def test_all_that_fail_are_asked_about_and_as_many_that_stand_as_are_wanted(shipped):
     found = close_cases(shipped, "test", 8)
-    cases = shipped.select("test").merge(
-        shipped.stands, on=KEYS, suffixes=("", "_stands")
-    ).set_index(KEYS)  # fmt: skip
+    stands = shipped.labels_on(Question.STANDS)
+    cases = shipped.select("test").merge(stands, on=KEYS, suffixes=("", "_stands"))
+    cases = cases.set_index(KEYS)
     fails = cases[["failing_step", "failing_step_stands"]].notna().any(axis=1)
     names = [(case.layout.name, case.scenario) for case in found]
     assert len(set(names)) == len(names) == fails.sum() + 8
@@ -70,10 +70,9 @@ def test_a_step_is_close_where_something_new_moves_far_or_balance_is_narrow():
 def test_verdicts_are_opinions_on_both_questions(folder):
     assert judge_close_steps(folder) == 3
     benchmark = load_benchmark(folder)
-    for table in (benchmark.opinions, benchmark.stands_opinions):
-        assert len(judged_here(table)) == 6
     for question in Question:
         opinions = judged_here(benchmark.further_verdicts_on(question))
+        assert len(opinions) == 6
         assert set(opinions["reason"]) == {"model", "numerical"}
         for row in opinions.itertuples():
             verdict = make_method(row.judge).judge(benchmark.layout(row.layout, row.scenario))

@@ -46,10 +46,11 @@ def test_the_first_cases_are_judged_and_nothing_else_changes(folder):
     pd.testing.assert_frame_equal(layouts, before[0])
     pd.testing.assert_frame_equal(cases, before[1])
     pd.testing.assert_frame_equal(opinions.head(len(before[2])), before[2])
-    same = ("label", "labelled_with", "built_with", "splits", "stands", "cases")
+    same = ("label", "labelled_with", "built_with", "splits", "labels", "cases")
     assert {key: manifest[key] for key in same} == {key: before[3][key] for key in same}
     benchmark = load_benchmark(folder)
-    pd.testing.assert_frame_equal(benchmark.stands, load_benchmark("lists").stands)
+    shipped = load_benchmark("lists")
+    pd.testing.assert_frame_equal(benchmark.further_labels, shipped.further_labels)
     said = said_by(folder)
     assert keys_of(said) == keys_of(benchmark.select("test-300", limit=2))
     assert set(said.groupby(KEYS).size()) == {2}
@@ -97,15 +98,17 @@ def test_an_interrupted_run_keeps_the_cases_that_are_complete(folder, done, comp
     assert len(said_by(folder, ["sme", "fbs"])) == 12
 
 
-def test_labels_of_the_question_stands_are_judged_again_in_a_table_of_their_own(folder):
+def test_labels_of_the_question_stands_are_judged_again_and_the_others_stay(folder):
     before = read_tables(folder)
     judges = (FurtherMethod(Reason.ENGINE, "label@mujoco:frequency=240"),)
     asked = {"part": "test", "limit": 1, "question": Question.STANDS, "judges": judges}
     assert add_further_verdicts(folder, **asked) == 3
     assert add_further_verdicts(folder, **asked) == 0
     after, benchmark = read_tables(folder), load_benchmark(folder)
-    for one, other in zip(after[:3], before[:3], strict=True):
+    for one, other in zip(after[:2], before[:2], strict=True):
         pd.testing.assert_frame_equal(one, other)
+    opinions = (each[2][each[2]["question"] == Question.WITHIN] for each in (after, before))
+    pd.testing.assert_frame_equal(*opinions)
     engine, *limits = (str(make_method(own.spec).spec) for own in asked_to_stand(judges))
     said = benchmark.further_verdicts_on(Question.STANDS)
     own = said[said["judge"] == engine]
@@ -118,7 +121,9 @@ def test_labels_of_the_question_stands_are_judged_again_in_a_table_of_their_own(
     assert set(of_limits["reason"]) == {"limits"}
     assert keys_of(own) <= keys_of(of_limits)
     assert not said.duplicated([*KEYS, "judge"]).any()
-    assert after[3]["stands_opinions"]["judged_with"]
+    was, now = before[3]["judged_with"], after[3]["judged_with"]
+    assert now["within"] == was["within"]
+    assert now["stands"] != was["stands"]
     assert main(["benchmark", "info", str(folder)]) == 0
 
 

@@ -289,14 +289,14 @@ def test_labels_of_the_other_question_are_those_of_an_ordinary_judgement(
     found, method = load_benchmark(folder), make_method(SPEC)
     held_out = found.cases["split"].isin(("validation", "test")).sum()
     training = (found.cases["split"] == "train").sum()
-    assert count == len(found.stands) == held_out + min(2, training)
+    assert count == len(found.further_labels) == held_out + min(2, training)
     assert said[-1][0] == "train"
-    for row in found.stands.itertuples():
+    for row in found.further_labels.itertuples():
         verdict = method.judge(found.layout(row.layout, row.scenario))
         step = None if pd.isna(row.failing_step) else int(row.failing_step)
         assert (str(verdict.status), verdict.failing_step) == (row.status, step)
     chosen = found.select("test", question=Question.STANDS).set_index(["layout", "scenario"])
-    known = found.stands.set_index(["layout", "scenario"])["failing_step"]
+    known = found.further_labels.set_index(["layout", "scenario"])["failing_step"]
     pd.testing.assert_series_equal(chosen["failing_step"], known.loc[chosen.index])
     pd.testing.assert_frame_equal(found.select("test"), labelled.select("test"))
     with pytest.raises(BenchmarkError, match="of test for the question stands"):
@@ -307,11 +307,11 @@ def test_labels_of_the_other_question_go_with_the_cases_that_they_are_of(labelle
     folder = shutil.copytree(labelled_folder, tmp_path / "set")
     label_stands(folder, training_cases=0)
     label_set(folder, judges=())
-    assert load_benchmark(folder).stands.empty
+    assert load_benchmark(folder).further_labels.empty
     label_stands(folder, training_cases=0)
-    damaged = folder / "stands.parquet"
+    damaged = folder / "labels.parquet"
     damaged.write_bytes(damaged.read_bytes()[:-8] + b"01234567")
-    with pytest.raises(DamagedSetError, match=r"stands\.parquet"):
+    with pytest.raises(DamagedSetError, match=r"labels\.parquet"):
         load_benchmark(folder)
 
 

@@ -25,7 +25,14 @@ from steadyload.labelling.screening import (
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.benchmark import BenchmarkError, load_benchmark
 from steadyload.layouts.benchmark.dataset import KEYS
-from steadyload.layouts.benchmark.tables import CASES, UNLABELLED, read_tables, write_tables
+from steadyload.layouts.benchmark.tables import (
+    CASES,
+    OPINIONS,
+    UNLABELLED,
+    read_tables,
+    write_tables,
+)
+from steadyload.layouts.model.question import Question
 from steadyload.methods.contract.method import Status
 from steadyload.methods.registry import make_method
 from steadyload.methods.simulation.step_answers import StepAnswer, StepAnswers
@@ -35,7 +42,7 @@ from steadyload.methods.simulation.step_answers import StepAnswer, StepAnswers
 def shipped():
     """Cases of the shipped set that have labels of both questions; of some these differ."""
     benchmark = load_benchmark()
-    stands = benchmark.stands.set_index(KEYS).add_suffix("_stands")
+    stands = benchmark.labels_on(Question.STANDS).set_index(KEYS).add_suffix("_stands")
     cases = benchmark.select("validation").join(stands, on=KEYS)
     both = cases[cases["status_stands"] == "done"]
     differ = both["failing_step"].fillna(-1) != both["failing_step_stands"].fillna(-1)
@@ -49,7 +56,7 @@ def unlabelled(shipped, tmp_path):
     cases = cases.head(8)
     frame = cases[["layout", "scenario", "item_count", "offsets"]].assign(status=UNLABELLED)
     layouts = benchmark.layouts.loc[cases["layout"].unique()].reset_index()
-    none = pd.DataFrame(columns=["layout", "scenario", "reason", "judge", "status", "failing_step"])
+    none = pd.DataFrame(columns=OPINIONS.names)
     folder = tmp_path / "set"
     write_tables(folder, layouts, frame.reindex(columns=CASES.names), none, {"origin": "a test"})
     return folder
@@ -285,7 +292,7 @@ def test_what_is_done_is_kept_and_not_done_again(unlabelled, shipped):
     first = label_screened(unlabelled, most_items=few)
     assert 0 < first < 8
     half = load_benchmark(unlabelled)
-    assert len(half.stands) == len(half.screening) == first
+    assert len(half.further_labels) == len(half.screening) == first
     # What is in the tables is not looked for among the shards.
     shutil.rmtree(unlabelled / "screening")
     said = []
@@ -293,11 +300,11 @@ def test_what_is_done_is_kept_and_not_done_again(unlabelled, shipped):
     assert said[-1] == (8 - first, 8 - first)
     found = load_benchmark(unlabelled)
     assert (found.cases["status"] == "done").all()
-    for name, table in (("failing_step", found.cases), ("failing_step_stands", found.stands)):
-        own = table.set_index(KEYS)["failing_step"].loc[expected.index]
+    for name, question in zip(("failing_step", "failing_step_stands"), Question, strict=True):
+        own = found.labels_on(question).set_index(KEYS)["failing_step"].loc[expected.index]
         assert own.fillna(-1).tolist() == expected[name].fillna(-1).tolist()
     assert {"label", "screen", "labelled_with"} <= set(found.manifest)
-    assert read_tables(unlabelled)[3]["stands"]["screen"] == SCREEN
+    assert read_tables(unlabelled)[3]["labels"]["stands"]["screen"] == SCREEN
     steps = found.screening.set_index(KEYS)
     counts = steps["screen"].map(len)
     assert (steps["reference"].map(len) == counts).all()
@@ -338,7 +345,7 @@ def test_rows_that_a_set_keeps_are_not_made_again(
         for one, two in zip(read_tables(copy)[:3], read_tables(unlabelled)[:3], strict=True):
             pd.testing.assert_frame_equal(one, two)
         pd.testing.assert_frame_equal(
-            load_benchmark(copy).stands, load_benchmark(unlabelled).stands
+            load_benchmark(copy).further_labels, load_benchmark(unlabelled).further_labels
         )
     assert keep_begun(unlabelled, copy) == 0, "nothing is left of cases that have labels"
 
@@ -364,12 +371,12 @@ def test_an_interruption_between_two_tables_leaves_a_set_that_goes_on(
             label_screened(unlabelled, most_items=few)
     half = load_benchmark(unlabelled)
     assert (half.cases["status"] == UNLABELLED).all()
-    assert len(half.stands)
-    assert label_screened(unlabelled, most_items=few) == len(half.stands)
+    assert len(half.further_labels)
+    assert label_screened(unlabelled, most_items=few) == len(half.further_labels)
     found = load_benchmark(unlabelled)
-    for table in (found.stands, found.screening):
+    for table in (found.further_labels, found.screening):
         assert not table.duplicated(KEYS).any()
-        assert len(table) == len(half.stands)
+        assert len(table) == len(half.further_labels)
 
 
 def test_a_set_is_labelled_by_the_command_that_is_made_for_it(unlabelled, tmp_path):

@@ -17,7 +17,7 @@ from steadyload.layouts.benchmark.export import LABEL_COLUMNS, export, labels_pa
 from steadyload.layouts.benchmark.overview import overview
 from steadyload.layouts.benchmark.tables import (
     CASES,
-    STANDS,
+    LABELS,
     DamagedSetError,
     as_parquet,
     write_further,
@@ -37,6 +37,12 @@ def layout(name, count):
     ))  # fmt: skip
 
 
+NO_LABELS = {
+    "question": "within", "status": {}, "cases": 0, "robust": 0, "fragile": 0, "mean": None,
+}  # fmt: skip
+"""How an overview counts a question of which a set has no labels."""
+
+
 def case(name, scenario, count, step, split=None, rank=None, **more):
     offsets = None if scenario == "S1" else [0.1 * k for k in range(3 * count)]
     return dict.fromkeys(CASES.names) | {
@@ -47,8 +53,8 @@ def case(name, scenario, count, step, split=None, rank=None, **more):
 
 
 def opinion(name, scenario, reason, judge, step, status="done"):
-    return {"layout": name, "scenario": scenario, "reason": reason, "judge": judge,
-            "status": status, "failing_step": step}  # fmt: skip
+    return {"layout": name, "scenario": scenario, "question": "within", "reason": reason,
+            "judge": judge, "status": status, "failing_step": step}  # fmt: skip
 
 
 @pytest.fixture
@@ -188,10 +194,11 @@ def test_failing_cases_alone_are_exported(folder, tmp_path):
     assert names() == ["B_S1", "A_S2a", "A_S2b"]
     with pytest.raises(BenchmarkError, match="none of these cases fails; allowed: a part of which"):
         names(part="train")
-    rows = [dict.fromkeys(STANDS.names) | {
-        "layout": "A", "scenario": scenario, "status": "done", "failing_step": step,
+    rows = [dict.fromkeys(LABELS.names) | {
+        "layout": "A", "scenario": scenario, "question": "stands",
+        "status": "done", "failing_step": step,
     } for scenario, step in (("S1", 3), ("S2a", None))]  # fmt: skip
-    write_further(folder, "stands", pd.DataFrame(rows), {})
+    write_further(folder, "labels", pd.DataFrame(rows), {})
     assert names() == ["B_S1", "A_S1", "A_S2a", "A_S2b"]
     of_stands = [(row["stands"], row["failing_step_stands"]) for row in labels(path)]
     assert of_stands == [("", ""), ("False", "3"), ("True", ""), ("", "")]
@@ -234,7 +241,6 @@ def test_an_overview_counts(folder):
     found = overview(load_benchmark(folder))
     assert (found["layouts"], found["instances"], found["cases"]) == (2, 2, 6)
     assert found["origin"] == "made here"
-    assert found["status"] == {"done": 5, "diverged": 1}
     assert [(row["split"], row["scenario"]) for row in found["splits"]] == [
         ("train", "S2a"), ("test", "S1"), ("test", "S2a"), ("none", "S2b"),
     ]  # fmt: skip
@@ -245,12 +251,12 @@ def test_an_overview_counts(folder):
     # What was not labelled is counted by its status alone.
     assert (found["splits"][3]["cases"], found["splits"][3]["unstable"]) == (1, 1)
     assert found["natural_stable"] == {"S1": 0.5, "S2a": 0.5, "S2b": 0.0}
-    assert found["confidence"] == {
-        "cases": 2,
-        "robust": 1,
-        "fragile": 1,
-        "mean": pytest.approx(2 / 3),
-    }
+    within, stands = found["labels"]
+    assert within == {
+        "question": "within", "status": {"done": 5, "diverged": 1},
+        "cases": 2, "robust": 1, "fragile": 1, "mean": pytest.approx(2 / 3),
+    }  # fmt: skip
+    assert stands == NO_LABELS | {"question": "stands"}
     judges = {row["judge"]: (row["cases"], row["agreement"]) for row in found["judges"]}
     # A judge without an answer does not agree.
     assert judges == {
@@ -264,7 +270,7 @@ def test_a_set_without_opinions_has_an_overview_and_labels(folder, tmp_path):
     write_tables(tmp_path / "bare", benchmark.layouts.reset_index(), benchmark.cases, none, {})
     bare = load_benchmark(tmp_path / "bare")
     found = overview(bare)
-    assert found["confidence"] == {"cases": 0, "robust": 0, "fragile": 0, "mean": None}
+    assert found["labels"][0] == NO_LABELS | {"status": {"done": 5, "diverged": 1}}
     assert (found["judges"], found["origin"]) == ([], None)
     export(bare, tmp_path / "cases.csv", Format.CSV)
     assert {row["confidence"] for row in labels(tmp_path / "cases.csv")} == {""}

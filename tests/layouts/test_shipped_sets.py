@@ -18,6 +18,7 @@ from steadyload.layouts.benchmark.dataset import KEYS
 from steadyload.layouts.benchmark.parts import CHOOSING, LISTS, PLANAR, SETS, SHIPPED
 from steadyload.layouts.benchmark.splits import SIZES, assign_splits
 from steadyload.layouts.benchmark.tables import write_tables
+from steadyload.layouts.model.question import Question
 from steadyload.layouts.model.scenarios import Scenario
 from steadyload.layouts.packing.heuristics import HEURISTICS
 from steadyload.layouts.packing.packing import (
@@ -290,8 +291,9 @@ def test_some_labels_are_the_reference_asked_anew(lists):
 def test_whatever_fails_within_the_time_does_not_stand_longer(lists):
     """The second question has the same thresholds and more time: it never names a later step."""
     test = lists.cases[lists.cases["split"] == "test"]
-    both = test.merge(lists.stands, on=KEYS, suffixes=("", "_stands"))
-    assert len(both) == len(lists.stands) == len(test)
+    labels = lists.labels_on(Question.STANDS)
+    both = test.merge(labels, on=KEYS, suffixes=("", "_stands"))
+    assert len(both) == len(labels) == len(test)
     done = both[both["status_stands"] == Status.DONE]
     assert len(done) > 0.99 * len(both)
     within, stands = (
@@ -327,7 +329,7 @@ def test_no_list_is_in_two_parts_and_almost_every_case_has_both_labels(choosing)
     one, other = (set(choosing.select(part)["instance"]) for part in PARTS)
     assert not one & other
     chosen = choosing.cases["split"].notna().sum()
-    assert (choosing.stands["status"] == Status.DONE).sum() > 0.99 * chosen
+    assert (choosing.labels_on(Question.STANDS)["status"] == Status.DONE).sum() > 0.99 * chosen
 
 
 def test_a_search_and_a_fit_take_their_own_part_of_every_set(choosing):

@@ -64,7 +64,7 @@ def labelled_set(tmp_path_factory):
         for reason, said in (("numerical", step), ("model", other), ("limits", step)):
             if number % 3 < 2:
                 opinion = {"reason": reason, "judge": "made up", "status": "done"}
-                opinions.append({**case, **opinion, "failing_step": said})
+                opinions.append({**case, "question": "within", **opinion, "failing_step": said})
     table = pd.DataFrame(rows).astype({"failing_step": "Int16", "rank": "Int32"})
     table = table.sample(frac=1.0, random_state=0, ignore_index=True)  # mixes item lists
     answers = table["failing_step"].isna()

@@ -41,8 +41,7 @@ def of_set(word):
     """Digests of a set's labels, opinions, confidence and chosen cases, by question."""
     benchmark, found = load_benchmark(word), {}
     for question in Question:
-        labels = benchmark.cases if question == Question.WITHIN else benchmark.stands
-        opinions = benchmark.further_verdicts_on(question)
+        labels, opinions = benchmark.labels_on(question), benchmark.further_verdicts_on(question)
         found[question] = (
             of_frame(labels[[*KEYS, "status", "failing_step"]]),
             of_frame(opinions[[*KEYS, "reason", "judge", "status", "failing_step"]]),

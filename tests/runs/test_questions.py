@@ -27,6 +27,7 @@ def lists():
 
 DOORS = {
     "select": lambda lists, question: lists.select(Part.TEST, question=question),
+    "labels_on": lambda lists, question: lists.labels_on(question),
     "further_verdicts_on": lambda lists, question: lists.further_verdicts_on(question),
     "confidence_on": lambda lists, question: lists.confidence_on(question),
     "front_for": lambda lists, question: front_for(load_fronts(), question, 30).measured_on(),
@@ -58,7 +59,7 @@ def test_further_verdicts_are_refused_before_anything_is_written(tmp_path):
 
 def test_labels_of_stands_are_selected_by_the_word(lists):
     """They were those of the other question: the word was compared by identity."""
-    labels = lists.stands.set_index(["layout", "scenario"])["failing_step"]
+    labels = lists.labels_on(Question.STANDS).set_index(["layout", "scenario"])["failing_step"]
     cases = lists.select(Part.TEST, question="stands").set_index(["layout", "scenario"])
     assert cases["failing_step"].fillna(-1).tolist() == labels.loc[cases.index].fillna(-1).tolist()
 

@@ -10,6 +10,7 @@ from steadyload.layouts.benchmark import BenchmarkError, load_benchmark
 from steadyload.layouts.benchmark.confidence import Reason
 from steadyload.layouts.benchmark.dataset import row_of
 from steadyload.layouts.benchmark.tables import CASES, OPINIONS, UNLABELLED, write_tables
+from steadyload.layouts.model.question import Question
 from steadyload.reports.table import percent
 from steadyload.studies.benchmark.counting import SizeCount, summarise
 from steadyload.studies.benchmark.study import Benchmark
@@ -42,8 +43,8 @@ def opinions(name, step, engine_step, **said):
     """All of the ensemble say ``step`` but for those named; an engine says ``engine_step``."""
     judges = [(r, j, said.get(j, step)) for r, j in ENSEMBLE]
     return [
-        {"layout": name, "scenario": "S1", "reason": str(reason), "judge": judge,
-         "status": "done", "failing_step": answer}
+        {"layout": name, "scenario": "S1", "question": "within", "reason": str(reason),
+         "judge": judge, "status": "done", "failing_step": answer}
         for reason, judge, answer in [*judges, (Reason.ENGINE, "engine", engine_step)]
     ]  # fmt: skip
 
@@ -138,8 +139,9 @@ def test_half_an_ensemble_makes_no_label_robust(tmp_path):
     said = [o for o in opinions("A", None, None) if o["reason"] != "model"]
     rows, cases = [row("A", 2, "one"), row("B", 2, "two")], [case("A", 2, None), case("B", 2, None)]
     found = written(tmp_path / "set", rows, cases, [*said, *opinions("B", None, None)])
-    assert found.confidence["robust"].isna().tolist() == [True, False]
-    assert found.confidence["confidence"].tolist() == [1.0, 1.0]
+    sure = found.confidence_on(Question.WITHIN)
+    assert sure["robust"].isna().tolist() == [True, False]
+    assert sure["confidence"].tolist() == [1.0, 1.0]
     [firm] = summarise(found).firmness
     assert firm.robust.n == 1
 

@@ -342,7 +342,8 @@ def large(tmp_path_factory):
     empty, manifest = pd.DataFrame(columns=OPINIONS.names), {"seed": 0, "screens": [SCREEN]}
     layouts, frame = pd.DataFrame(rows), cases.reindex(columns=CASES.names)
     write_tables(folder, layouts, frame, empty, manifest)
-    write_further(folder, "stands", pd.DataFrame(labels).reindex(columns=tables.STANDS.names), {})
+    standing = pd.DataFrame(labels).assign(question="stands")
+    write_further(folder, "labels", standing.reindex(columns=tables.LABELS.names), {})
     work = tmp_path_factory.mktemp("large work")
     asked = ("fbs", "sme", "ps3@mujoco")
     study = Evaluation(methods=asked, directory=str(folder), asked="both", timeout=SHORT)

@@ -12,8 +12,8 @@ from steadyload.layouts.benchmark.item_lists import CONTAINER
 from steadyload.layouts.benchmark.real import PALLET_SOFTWARE
 from steadyload.layouts.benchmark.tables import (
     CASES,
+    LABELS,
     OPINIONS,
-    STANDS,
     UNLABELLED,
     write_further,
     write_tables,
@@ -107,12 +107,13 @@ def labelled(folder, plans, *, with_stands=True):
             step = 1 if falls else label["stands_step"]
             found = {"status": label["stands"], "failing_step": step}
             if label["stands"]:
-                stands.append(own | found | {"moved_item": label["moved_item"]})
+                found |= {"question": "stands", "moved_item": label["moved_item"]}
+                stands.append(own | found)
     frame = pd.DataFrame(cases).reindex(columns=CASES.names)
     write_tables(folder, layouts, frame, pd.DataFrame(columns=OPINIONS.names), MANIFEST)
     if with_stands:
-        table = pd.DataFrame(stands).reindex(columns=STANDS.names)
-        write_further(folder, "stands", table, {})
+        table = pd.DataFrame(stands).reindex(columns=LABELS.names)
+        write_further(folder, "labels", table, {})
     return load_benchmark(folder)
 
 

@@ -15,6 +15,7 @@ from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.benchmark.parts import REAL
 from steadyload.layouts.benchmark.tables import BenchmarkError
+from steadyload.layouts.model.question import Question
 from steadyload.layouts.packers.packed import PackerNotInstalledError
 from steadyload.methods import make_method
 from steadyload.reports.table import percent, plain_percent
@@ -66,12 +67,12 @@ def failing(real):
 
 def test_plans_that_fail_are_those_of_the_labels(real, failing):
     keys = ["layout", "scenario"]
-    cases, stands = real.cases.set_index(keys), real.stands.set_index(keys)
+    labels = [real.labels_on(question).set_index(keys) for question in Question]
     sources = real.layouts.set_index("layout")["sources"] if "layout" in real.layouts else None
     sources = real.layouts["sources"] if sources is None else sources
     fails = {
         layout
-        for table in (cases, stands)
+        for table in labels
         for (layout, scenario), row in table.iterrows()
         if scenario == "S1" and row["status"] == "done" and not pd.isna(row["failing_step"])
         and len(sources[layout])

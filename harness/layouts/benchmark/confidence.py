@@ -27,30 +27,30 @@ ENSEMBLE = (Reason.NUMERICAL, Reason.MODEL, Reason.LIMITS)
 """The reasons that make up a label's confidence."""
 
 
-def agrees(cases: pd.DataFrame, opinions: pd.DataFrame) -> pd.Series:
+def agrees(labels: pd.DataFrame, opinions: pd.DataFrame) -> pd.Series:
     """True for each verdict that names the label's failing step; a missing verdict does not.
 
     Args:
-        cases: labels, :data:`steadyload.layouts.benchmark.tables.CASES`.
-        opinions: verdicts of further methods on some of them,
+        labels: of a question, :data:`steadyload.layouts.benchmark.tables.LABELS`.
+        opinions: verdicts of further methods on some of them, on the same question,
             :data:`steadyload.layouts.benchmark.tables.OPINIONS`.
 
     Returns:
         Booleans, indexed as ``opinions``.
     """
-    labels = cases.set_index(["layout", "scenario"])["failing_step"].fillna(-1).astype(int)
+    steps = labels.set_index(["layout", "scenario"])["failing_step"].fillna(-1).astype(int)
     keys = pd.MultiIndex.from_frame(opinions[["layout", "scenario"]])
-    label = labels.reindex(keys).to_numpy()
+    label = steps.reindex(keys).to_numpy()
     said = opinions["failing_step"].fillna(-1).astype(int).to_numpy()
     return pd.Series((said == label) & (opinions["status"] == "done").to_numpy(), opinions.index)
 
 
-def confidence(cases: pd.DataFrame, opinions: pd.DataFrame) -> pd.DataFrame:
+def confidence(labels: pd.DataFrame, opinions: pd.DataFrame) -> pd.DataFrame:
     """Confidence of the labels of those cases that the ensemble has judged.
 
     Args:
-        cases: labels, :data:`steadyload.layouts.benchmark.tables.CASES`.
-        opinions: verdicts of further methods on some of them,
+        labels: of a question, :data:`steadyload.layouts.benchmark.tables.LABELS`.
+        opinions: verdicts of further methods on some of them, on the same question,
             :data:`steadyload.layouts.benchmark.tables.OPINIONS`.
 
     Returns:
@@ -60,7 +60,7 @@ def confidence(cases: pd.DataFrame, opinions: pd.DataFrame) -> pd.DataFrame:
         set that a part has not judged at all, *robust* says less.
     """
     asked = opinions[opinions["reason"].isin([str(r) for r in ENSEMBLE])]
-    same = asked.assign(same=agrees(cases, asked).astype(float))
+    same = asked.assign(same=agrees(labels, asked).astype(float))
     keys = ["layout", "scenario"]
     table = same.groupby([*keys, "reason"], observed=True)["same"].mean().unstack("reason")
     table = table.reindex(columns=[str(r) for r in ENSEMBLE])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -15,11 +15,10 @@ from numpy.typing import NDArray
 from steadyload.layouts.benchmark.confidence import confidence
 from steadyload.layouts.benchmark.parts import SETS, SHIPPED, Part
 from steadyload.layouts.benchmark.tables import (
-    LOADED,
-    OPINIONS,
+    LABELS,
     SCREENING,
-    STANDS,
     BenchmarkError,
+    no_rows,
     read_further,
     read_tables,
 )
@@ -47,14 +46,13 @@ class Benchmark:
             ``layout``.
         cases: a row a layout and scenario, :data:`steadyload.layouts.benchmark.tables.CASES`, and
             the column ``instance``.
-        opinions: verdicts of further methods on some cases,
+        opinions: verdicts of further methods on some cases, by question,
             :data:`steadyload.layouts.benchmark.tables.OPINIONS`.
         manifest: what it was made with.
         notes: what people found when they looked at its disputed labels, as Markdown; its folder
             may hold them as ``notes.md``.
-        stands: labels of the question ``stands`` of some cases,
-            :data:`steadyload.layouts.benchmark.tables.STANDS`.
-        stands_opinions: verdicts of further methods on that question.
+        further_labels: of some cases, of other questions than ``within``,
+            :data:`steadyload.layouts.benchmark.tables.LABELS`.
         screening: what was seen of the steps of cases that were labelled by screening,
             :data:`steadyload.layouts.benchmark.tables.SCREENING`.
         word: of :data:`SETS`, where it was read by one; empty for the large set of the package, and
@@ -66,31 +64,41 @@ class Benchmark:
     opinions: pd.DataFrame
     manifest: dict[str, Any]
     notes: str = ""
-    stands: pd.DataFrame = field(default_factory=lambda: pd.DataFrame(columns=STANDS.names))
-    stands_opinions: pd.DataFrame = field(
-        default_factory=lambda: pd.DataFrame(columns=OPINIONS.names)
-    )
-    screening: pd.DataFrame = field(default_factory=lambda: pd.DataFrame(columns=SCREENING.names))
+    further_labels: pd.DataFrame = field(default_factory=partial(no_rows, LABELS))
+    screening: pd.DataFrame = field(default_factory=partial(no_rows, SCREENING))
     word: str = ""
 
-    @cached_property
-    def confidence(self) -> pd.DataFrame:
-        """Confidence of labels, a row a case that the ensemble judged; see :func:`confidence`."""
-        return confidence(self.cases, self.opinions)
+    def labels_on(self, question: Question) -> pd.DataFrame:
+        """Labels of a question, and how labelling ended without one: ``status``, ``failing_step``.
+
+        Of ``stands`` also what moved, see :data:`steadyload.layouts.benchmark.tables.LABELS`.
+        """
+        return _on(self._labels, question)
 
     def further_verdicts_on(self, question: Question) -> pd.DataFrame:
         """Verdicts of further methods on a question."""
-        within = question_named(question) == Question.WITHIN
-        return self.opinions if within else self.stands_opinions
+        return _on(self.opinions, question)
 
     def confidence_on(self, question: Question) -> pd.DataFrame:
-        """As :attr:`confidence`, of labels of a question."""
-        within = question_named(question) == Question.WITHIN
-        return self.confidence if within else self._stands_confidence
+        """Confidence of labels of a question, a row a case that the ensemble judged.
+
+        See :func:`steadyload.layouts.benchmark.confidence.confidence`.
+        """
+        return self._confidence[question_named(question)]
 
     @cached_property
-    def _stands_confidence(self) -> pd.DataFrame:
-        return confidence(self.stands[self.stands["status"] == "done"], self.stands_opinions)
+    def _labels(self) -> pd.DataFrame:
+        own = self.cases[[*KEYS, "status", "failing_step"]].assign(question=str(Question.WITHIN))
+        return pd.concat([own, self.further_labels], ignore_index=True)
+
+    @cached_property
+    def _confidence(self) -> dict[Question, pd.DataFrame]:
+        return {
+            question: confidence(
+                labelled(self.labels_on(question)), self.further_verdicts_on(question)
+            )
+            for question in Question
+        }
 
     @cached_property
     def natural_stable(self) -> dict[str, float]:
@@ -143,12 +151,13 @@ class Benchmark:
         cases = cases.drop(columns="_order")
         if limit is not None:
             cases = cases[cases.groupby("scenario").cumcount() < limit]
-        if question == Question.STANDS:
-            cases = self._of_stands(cases)
+        steps = labelled(self.labels_on(question)).set_index(KEYS)["failing_step"]
+        keys = pd.MultiIndex.from_frame(cases[KEYS])
+        known = keys.isin(steps.index)
+        cases = cases[known].assign(failing_step=steps.reindex(keys[known]).array)
         if cases.empty:
-            of = "" if question == Question.WITHIN else f"for the question {question}"
-            words = ("holds no labelled case of", str(part), *scenarios, of)
-            raise BenchmarkError(" ".join(filter(None, words)))
+            words = ("holds no labelled case of", str(part), *scenarios)
+            raise BenchmarkError(f"{' '.join(words)} for the question {question}")
         return cases.reset_index(drop=True)
 
     def drawn(self, cases: pd.DataFrame) -> Benchmark:
@@ -160,21 +169,14 @@ class Benchmark:
             cases: rows of :attr:`cases`.
         """
         ranked = cases.assign(rank=cases.groupby("scenario").cumcount().astype("Int32"))
-        keys = pd.MultiIndex.from_frame(cases[KEYS])
+        keys, further = pd.MultiIndex.from_frame(cases[KEYS]), self.further_labels
         return Benchmark(
             self.layouts.loc[cases["layout"].unique()],
             ranked,
             self.opinions.head(0),
             {"origin": "drawn"},
-            stands=self.stands[pd.MultiIndex.from_frame(self.stands[KEYS]).isin(keys)],
+            further_labels=further[pd.MultiIndex.from_frame(further[KEYS]).isin(keys)],
         )
-
-    def _of_stands(self, cases: pd.DataFrame) -> pd.DataFrame:
-        """The cases that have a label of the question ``stands``, with that as failing step."""
-        own = self.stands[self.stands["status"] == "done"].set_index(KEYS)["failing_step"]
-        keys = pd.MultiIndex.from_frame(cases[KEYS])
-        cases, keys = cases[keys.isin(own.index)], keys[keys.isin(own.index)]
-        return cases.assign(failing_step=own.loc[keys].array)
 
     def layout(self, name: str, scenario: str) -> Layout:
         """A case's layout with its centres of mass.
@@ -282,9 +284,26 @@ def load_benchmark(directory: str | Path | None = None) -> Benchmark:
     cases = cases.assign(instance=instance.to_numpy())
     written = folder / "notes.md"
     notes = content_of(written, MAX_STORED_BYTES) if written.exists() else b""
-    further = {name: read_further(folder, name) for name in LOADED}
-    told = notes.decode(errors="replace")
-    return Benchmark(layouts, cases, opinions, manifest, told, **further, word=word)
+    return Benchmark(
+        layouts,
+        cases,
+        opinions,
+        manifest,
+        notes.decode(errors="replace"),
+        further_labels=read_further(folder, "labels"),
+        screening=read_further(folder, "screening"),
+        word=word,
+    )
+
+
+def labelled(labels: pd.DataFrame) -> pd.DataFrame:
+    """The rows of cases that have a label."""
+    return labels[labels["status"] == "done"]
+
+
+def _on(table: pd.DataFrame, question: Question) -> pd.DataFrame:
+    """The rows of a question."""
+    return table[table["question"] == str(question_named(question))]
 
 
 def _layout_of(name: str, row: Mapping[str, Any], offsets: Any) -> Layout:

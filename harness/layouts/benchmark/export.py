@@ -13,11 +13,12 @@ from typing import Any
 import pandas as pd
 
 from steadyload.atomic import write_atomically
-from steadyload.layouts.benchmark.dataset import KEYS, Benchmark
+from steadyload.layouts.benchmark.dataset import KEYS, Benchmark, labelled
 from steadyload.layouts.benchmark.parts import Part
 from steadyload.layouts.benchmark.tables import BenchmarkError
 from steadyload.layouts.files.csv_cells import harmless
 from steadyload.layouts.formats import Format, write_layouts
+from steadyload.layouts.model.question import Question
 from steadyload.statistics.placed import items_placed_by_case
 
 LABEL_COLUMNS = (
@@ -107,9 +108,9 @@ def _failing(benchmark: Benchmark, cases: pd.DataFrame) -> pd.DataFrame:
     Raises:
         BenchmarkError: none does.
     """
-    stands = benchmark.stands
-    falls = pd.MultiIndex.from_frame(stands.loc[stands["failing_step"].notna(), KEYS])
-    found = cases[cases["failing_step"].notna() | pd.MultiIndex.from_frame(cases[KEYS]).isin(falls)]
+    steps = [benchmark.labels_on(question)[[*KEYS, "failing_step"]] for question in Question]
+    falls = pd.MultiIndex.from_frame(pd.concat(steps).dropna()[KEYS])
+    found = cases[pd.MultiIndex.from_frame(cases[KEYS]).isin(falls)]
     if found.empty:
         raise BenchmarkError("none of these cases fails; allowed: a part of which some do")
     return found
@@ -130,9 +131,11 @@ def _name(case: dict[Any, Any]) -> str:
 
 
 def _labels(benchmark: Benchmark, cases: pd.DataFrame, names: list[str]) -> str:
-    sure = cases[KEYS].merge(benchmark.confidence.reset_index(), on=KEYS, how="left")
+    sure = cases[KEYS].merge(
+        benchmark.confidence_on(Question.WITHIN).reset_index(), on=KEYS, how="left"
+    )
     placed = items_placed_by_case(cases["failing_step"], cases["item_count"])
-    other = benchmark.stands.loc[benchmark.stands["status"] == "done", [*KEYS, "failing_step"]]
+    other = labelled(benchmark.labels_on(Question.STANDS))[[*KEYS, "failing_step"]]
     steps = cases[KEYS].merge(other, on=KEYS, how="left", indicator="has_label")
     text = io.StringIO()
     writer = csv.DictWriter(text, LABEL_COLUMNS, extrasaction="ignore", lineterminator="\n")

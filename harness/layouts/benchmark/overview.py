@@ -20,16 +20,15 @@ def overview(benchmark: Benchmark) -> dict[str, Any]:
     """Counts and shares of a labelled set, as plain values for JSON.
 
     Returns:
-        ``origin``, ``layouts``, ``instances``, ``cases``; ``status``: cases by status;
-        ``splits``: a row a split (``none``: in no split) and scenario, with ``cases``, ``stable``,
-        ``unstable``, ``layouts``, ``instances`` and ``items_mean`` of its labelled cases;
+        ``origin``, ``layouts``, ``instances``, ``cases``; ``splits``: a row a split (``none``: in
+        no split) and scenario, with ``cases``, ``stable``, ``unstable``, ``layouts``,
+        ``instances`` and ``items_mean`` of its labelled cases;
         ``natural_stable``: share of stable cases by scenario over all labelled ones;
-        ``stands``: cases by status of their label of the question ``stands``;
-        ``confidence``: ``cases`` that were judged again, how many of their labels are ``robust``
-        and ``fragile`` (somebody of the ensemble disagrees), and the ``mean`` confidence, null
-        where there are none; ``confidence_stands``: likewise, of labels of the question
-        ``stands``; ``judges``: for each further method of either question its ``reason``,
-        number of ``cases`` and ``agreement``, the share of these with the label's failing step.
+        ``labels``: a row a question, with cases by ``status`` of their label; ``cases`` that were
+        judged again, how many of their labels are ``robust`` and ``fragile`` (somebody of the
+        ensemble disagrees), and the ``mean`` confidence, null where there are none;
+        ``judges``: a row a question and further method, with its ``reason``, number of ``cases``
+        and ``agreement``, the share of these with the label's failing step.
     """
     cases = benchmark.cases
     labelled = cases[cases["status"] == "done"]
@@ -44,12 +43,9 @@ def overview(benchmark: Benchmark) -> dict[str, Any]:
         "layouts": len(benchmark.layouts),
         "instances": int(benchmark.layouts["instance"].nunique()),
         "cases": len(cases),
-        "status": {str(k): int(n) for k, n in cases["status"].value_counts().items()},
         "splits": [_counts(name, which, part) for name, which, part in parts if len(part)],
         "natural_stable": benchmark.natural_stable,
-        "stands": {str(k): int(n) for k, n in benchmark.stands["status"].value_counts().items()},
-        "confidence": _confidence(benchmark.confidence),
-        "confidence_stands": _confidence(benchmark.confidence_on(Question.STANDS)),
+        "labels": [_labels(benchmark, question) for question in Question],
         "judges": _further_methods(benchmark),
     }
 
@@ -68,21 +64,31 @@ def _counts(split: str, scenario: str, part: pd.DataFrame) -> dict[str, Any]:
     }
 
 
-def _confidence(table: pd.DataFrame) -> dict[str, Any]:
-    table = table[table["robust"].notna()]
-    robust = int(table["robust"].sum())
-    mean = float(table["confidence"].mean()) if len(table) else None
-    return {"cases": len(table), "robust": robust, "fragile": len(table) - robust, "mean": mean}
+def _labels(benchmark: Benchmark, question: Question) -> dict[str, Any]:
+    statuses = benchmark.labels_on(question)["status"].value_counts()
+    sure = benchmark.confidence_on(question)
+    sure = sure[sure["robust"].notna()]
+    robust = int(sure["robust"].sum())
+    return {
+        "question": str(question),
+        "status": {str(status): int(count) for status, count in statuses.items()},
+        "cases": len(sure),
+        "robust": robust,
+        "fragile": len(sure) - robust,
+        "mean": float(sure["confidence"].mean()) if len(sure) else None,
+    }
 
 
 def _further_methods(benchmark: Benchmark) -> list[dict[str, Any]]:
     rows = []
     for question in Question:
-        labels = benchmark.cases if question == Question.WITHIN else benchmark.stands
         opinions = benchmark.further_verdicts_on(question)
-        same = opinions.assign(same=agrees(labels, opinions))
+        same = opinions.assign(same=agrees(benchmark.labels_on(question), opinions))
         rows += [
-            {"judge": judge, "reason": reason, "cases": len(said), "agreement": float(said.mean())}
+            {
+                "question": str(question), "judge": judge, "reason": reason, "cases": len(said),
+                "agreement": float(said.mean()),
+            }
             for (reason, judge), said in same.groupby(["reason", "judge"], sort=False)["same"]
-        ]
+        ]  # fmt: skip
     return rows

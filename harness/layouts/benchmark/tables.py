@@ -23,7 +23,7 @@ from steadyload.layouts.files.parquet_table import table_of
 from steadyload.layouts.files.record import shown
 from steadyload.reading import MAX_STORED_BYTES, MAX_TABLE_BYTES, content_of, json_of
 
-VERSION = 1
+VERSION = 2
 
 _LONGEST = 200
 """Characters of a library's message that are passed on."""
@@ -94,20 +94,22 @@ OPINIONS = pa.schema(
     [
         pa.field("layout", _TEXT, nullable=False),
         pa.field("scenario", _TEXT, nullable=False),
+        pa.field("question", _TEXT, nullable=False),
         pa.field("reason", _TEXT, nullable=False),
         pa.field("judge", _TEXT, nullable=False),
         pa.field("status", _TEXT, nullable=False),
         pa.field("failing_step", pa.int16()),
     ]
 )
-"""A row a layout, scenario and further method. ``reason``: why it could disagree, see
+"""A row a layout, scenario, question and further method. ``reason``: why it could disagree, see
 :class:`steadyload.layouts.benchmark.confidence.Reason`; ``judge``: what was changed, or a
 method."""
 
-STANDS = pa.schema(
+LABELS = pa.schema(
     [
         pa.field("layout", _TEXT, nullable=False),
         pa.field("scenario", _TEXT, nullable=False),
+        pa.field("question", _TEXT, nullable=False),
         pa.field("status", _TEXT, nullable=False),
         pa.field("failing_step", pa.int16()),
         pa.field("moved_item", pa.int16()),
@@ -115,10 +117,11 @@ STANDS = pa.schema(
         pa.field("rotation", pa.float32()),
     ]
 )
-"""A row a case that was labelled for the question ``stands``, too; only some are. ``status``:
-``done``, ``unsettled``, or how labelling ended without a label. ``failing_step``: the label,
-counted from 0, null for a stable layout. ``moved_item``: the item that moved too far, or moves
-most; ``displacement`` [cm] and ``rotation`` [degrees] of it when that was seen."""
+"""A row a case and question; the labels of ``within`` are in :data:`CASES`, since splits follow
+from them, and other questions have labels of some cases only. ``status``: ``done``, ``unsettled``,
+or how labelling ended without a label. ``failing_step``: the label, counted from 0, null for a
+stable layout. ``moved_item``: the item that moved too far, or moves most; ``displacement`` [cm] and
+``rotation`` [degrees] of it when that was seen."""
 
 SCREENING = pa.schema(
     [
@@ -160,7 +163,7 @@ SCREENED = pa.schema(
     ]
 )
 """Cases as :mod:`steadyload.labelling.screening` labels them, one in each row: their columns of
-:data:`CASES`, :data:`STANDS` and :data:`SCREENING`."""
+:data:`CASES`, :data:`LABELS` and :data:`SCREENING`."""
 
 BEGUN = SCREENED.append(pa.field("key", _TEXT, nullable=False))
 """Rows of cases that a set still calls unlabelled, or of labels that were made again, each with the
@@ -168,14 +171,8 @@ key of what it depends on."""
 
 _TABLES = {"layouts": LAYOUTS, "cases": CASES, "opinions": OPINIONS}
 
-STANDS_OPINIONS = "stands_opinions"
-"""Name of the table of :data:`OPINIONS` on the question ``stands``."""
-
-LOADED = {"stands": STANDS, STANDS_OPINIONS: OPINIONS, "screening": SCREENING}
-"""Tables that only some labelled sets have, by name."""
-
-FURTHER = LOADED | {"begun": BEGUN, "again": BEGUN}
-"""The same, with the tables that labelling alone reads."""
+FURTHER = {"labels": LABELS, "screening": SCREENING, "begun": BEGUN, "again": BEGUN}
+"""Tables that only some labelled sets have, by name; labelling alone reads the last two."""
 
 SET_FILES = ("manifest.json", "notes.md", *(f"{name}.parquet" for name in (*_TABLES, *FURTHER)))
 """Files of the folder of a labelled set."""
@@ -278,7 +275,7 @@ def read_further(directory: Path, name: str) -> pd.DataFrame:
     schema = FURTHER[name]
     expected = _load_manifest(directory / "manifest.json").get(_CHECKSUMS, {}).get(name)
     if expected is None:  # of another labelling, or half written
-        return from_parquet(as_parquet(pd.DataFrame(columns=schema.names), schema), schema)
+        return no_rows(schema)
     return read_parquet(directory / f"{name}.parquet", schema, expected)
 
 
@@ -299,6 +296,11 @@ def refuse_foreign(directory: Path) -> None:
             f"{directory}: holds {foreign[0]!r}, so it is no labelled set to replace; "
             "allowed: a new or an empty folder, or a labelled set"
         )
+
+
+def no_rows(schema: pa.Schema) -> pd.DataFrame:
+    """A table without rows, of the types of one that is read."""
+    return from_parquet(as_parquet(pd.DataFrame(columns=schema.names), schema), schema)
 
 
 def as_parquet(frame: pd.DataFrame, schema: pa.Schema) -> bytes:

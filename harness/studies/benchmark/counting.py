@@ -12,6 +12,7 @@ from steadyload.layouts.benchmark.confidence import ENSEMBLE, Reason
 from steadyload.layouts.benchmark.dataset import KEYS, Benchmark
 from steadyload.layouts.benchmark.parts import HELD_OUT, SPLITS
 from steadyload.layouts.benchmark.tables import BenchmarkError
+from steadyload.layouts.model.question import Question
 from steadyload.layouts.model.scenarios import Scenario
 from steadyload.reports.columns import column, fixed, percent, plain_percent, row
 from steadyload.runs.labels import made_with
@@ -292,7 +293,7 @@ def _at_failure(row: object) -> dict[str, bool]:
 
 
 def _firmness(benchmark: Benchmark, done: pd.DataFrame, scenarios: list[str]) -> list[Firmness]:
-    known = done.merge(benchmark.confidence.reset_index(), on=KEYS, how="inner")
+    known = done.merge(benchmark.confidence_on(Question.WITHIN).reset_index(), on=KEYS, how="inner")
     known = known[known["robust"].notna()]
     rows = []
     for split in HELD_OUT:

@@ -10,6 +10,7 @@ import pandas as pd
 
 from steadyload.layouts.benchmark.confidence import ENSEMBLE, Reason, agrees
 from steadyload.layouts.benchmark.dataset import KEYS, Benchmark
+from steadyload.layouts.model.question import Question
 from steadyload.reports.columns import column, fixed, percent, row
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import share
@@ -66,12 +67,12 @@ def verdicts_on_test(benchmark: Benchmark) -> pd.DataFrame:
     """Further methods' verdicts on the test split, with label, instance, robustness, agreement."""
     test = benchmark.cases[benchmark.cases["split"] == "test"]
     columns = [*KEYS, "instance", "item_count", "failing_step"]
-    said = benchmark.opinions.merge(
+    said = benchmark.further_verdicts_on(Question.WITHIN).merge(
         test[columns].rename(columns={"failing_step": "label"}), on=KEYS, how="inner"
     )
-    robust = benchmark.confidence["robust"].rename("robust").reset_index()
+    robust = benchmark.confidence_on(Question.WITHIN)["robust"].rename("robust").reset_index()
     said = said.merge(robust, on=KEYS, how="left")
-    return said.assign(agrees=agrees(benchmark.cases, said).to_numpy())
+    return said.assign(agrees=agrees(benchmark.labels_on(Question.WITHIN), said).to_numpy())
 
 
 def agreements(said: pd.DataFrame, scenarios: list[str]) -> list[MethodAgreement]:

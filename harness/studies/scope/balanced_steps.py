@@ -11,6 +11,7 @@ import pandas as pd
 
 from steadyload.layouts.benchmark import Benchmark
 from steadyload.layouts.benchmark.dataset import KEYS
+from steadyload.layouts.model.question import Question
 from steadyload.reports.columns import column, compact, markdown, percent, row
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import share
@@ -119,7 +120,7 @@ def balanced_steps(benchmark: Benchmark) -> BalancedSteps:
     complete = held_all[held_all["all"]]
     whole = _labelled(benchmark).loc[complete.index]
     whole = whole[complete["sum"].to_numpy() == whole["item_count"].to_numpy()]
-    stands = benchmark.stands.set_index(KEYS)["failing_step"].reindex(whole.index)
+    stands = benchmark.labels_on(Question.STANDS).set_index(KEYS)["failing_step"]
     return BalancedSteps(
         steps=len(steps),
         cases=len(steps.groupby(KEYS)),
@@ -131,7 +132,7 @@ def balanced_steps(benchmark: Benchmark) -> BalancedSteps:
         whole=len(whole),
         failing={
             "within": int(whole["failing_step"].notna().sum()),
-            "stands": int(stands.notna().sum()),
+            "stands": int(stands.reindex(whole.index).notna().sum()),
         },
     )
 
