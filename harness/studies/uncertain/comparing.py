@@ -44,6 +44,7 @@ from steadyload.studies.uncertain.sampling import (
     RANDOM,
     SAMPLING,
     SET,
+    UNCERTAIN,
     Sampled,
 )
 
@@ -157,10 +158,9 @@ class Found:
     """All records for the page.
 
     ``asked``: the question of the labels. ``stable``: share of the first method's cases.
-    ``item_lists``: number of clusters of the intervals. ``silent``: titles of methods without a
-    verdict on any sample. ``calibrated``: probabilities of standing against the label, and of the
-    likeliest step against its being the label's. ``abstaining``: accuracy without the cases whose
-    likeliest step has the smallest share.
+    ``item_lists``: number of clusters of the intervals. ``calibrated``: probabilities of standing
+    against the label, and of the likeliest step against its being the label's. ``abstaining``:
+    accuracy without the cases whose likeliest step has the smallest share.
     """
 
     labelled_set: str
@@ -172,7 +172,6 @@ class Found:
     most: int
     item_lists: int
     rows: Sequence[Judged]
-    silent: Sequence[str]
     alone_method: MethodKey
     alone: Sequence[Alone]
     calibrated: Sequence[Calibrated]
@@ -184,7 +183,7 @@ class Found:
     few: int = FEW
 
     @property
-    def first(self) -> Judged | None:
+    def first(self) -> Judged:
         """The most accurate of the methods that were asked of most cases."""
         return _first(self.rows)
 
@@ -194,17 +193,14 @@ class Found:
         return [one for own in self.calibrated for one in own.bins]
 
 
-def _first(rows: Sequence[Judged]) -> Judged | None:
-    return max(rows, key=lambda one: (one.plan.n, one.plan.value), default=None)
+def _first(rows: Sequence[Judged]) -> Judged:
+    return max(rows, key=lambda one: (one.plan.n, one.plan.value))
 
 
-def summarise(
-    uncertain: str, sampled: Sampled, made_with: Mapping[str, str], asked: str = "within"
-) -> Found:
+def summarise(sampled: Sampled, made_with: Mapping[str, str], asked: str = "within") -> Found:
     """The records of a run, compared with the labels.
 
     Args:
-        uncertain: the deviating quantities, as :func:`parse_uncertainty` reads them.
         sampled: the samples.
         made_with: provenance of the samples.
         asked: the question whose labels they are compared with.
@@ -213,10 +209,7 @@ def summarise(
     labels = _labels(asked)
     keys = {spec: method_key(make_method(spec)) for spec in (*sampled.methods, alone_method, CHECK)}
     every = {keys[spec]: _Cases(table, labels) for spec, table in sampled.methods.items()}
-    heard = {key: cases for key, cases in every.items() if cases.judged.any()}
-    rows = [_row(key, cases) for key, cases in heard.items()]
-    first = _first(rows)
-    given = [row for key, cases in heard.items() for row in cases.calibrated(key.title)]
+    rows = [_row(key, cases) for key, cases in every.items()]
     check = None
     if len(sampled.check):
         check = _check(keys[CHECK], _Cases(sampled.check, labels))
@@ -224,19 +217,18 @@ def summarise(
         labelled_set=SET,
         part=str(PART),
         asked=asked,
-        stable=next((cases.stable.mean() for cases in every.values()), math.nan),
-        uncertainty=str(parse_uncertainty(uncertain)),
+        stable=next(iter(every.values())).stable.mean(),
+        uncertainty=str(parse_uncertainty(UNCERTAIN)),
         half_width=SAMPLING.half_width,
         most=SAMPLING.looks[-1],
         item_lists=len({name for cases in every.values() for name in cases.lists}),
         rows=rows,
-        silent=[key.title for key in every if key not in heard],
         alone_method=keys[alone_method],
         alone=[_alone(what, _Cases(table, labels)) for what, table in sampled.alone.items()],
-        calibrated=given,
-        abstaining=[cases.abstaining(key.title) for key, cases in heard.items()],
+        calibrated=[row for key, cases in every.items() for row in cases.calibrated(key.title)],
+        abstaining=[cases.abstaining(key.title) for key, cases in every.items()],
         check=check,
-        worth=[] if first is None else list(_worth(heard[first.method])),
+        worth=list(_worth(every[_first(rows).method])),
         made_with=made_with,
     )
 

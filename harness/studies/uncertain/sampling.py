@@ -16,7 +16,6 @@ from steadyload.engines.registry import package_versions
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.benchmark.parts import LISTS, Part
 from steadyload.methods.registry import make_method
-from steadyload.methods.uncertainty import parse_uncertainty
 from steadyload.runs import verdict_reliability
 from steadyload.runs.labels import Case
 from steadyload.runs.provenance import made_by
@@ -29,6 +28,12 @@ from steadyload.studies.uncertain.cases import Question, Row, Unit, crashed_row,
 SET, PART = LISTS, Part.TEST
 """The labelled set, and its part on which nothing was chosen."""
 
+UNCERTAIN = "com=5mm,position=3mm"
+"""The deviating quantities."""
+
+CASES, ENGINE_CASES = 100, 20
+"""Cases a scenario of methods without an engine, and of those with one."""
+
 METHODS = {
     "within": ("sme", "equilibrium:time=0.3", "lstm_1:outside=accept", "ps_opt@mujoco"),
     "stands": (
@@ -36,7 +41,7 @@ METHODS = {
         "ps_opt@mujoco:question=stands",
     ),
 }  # fmt: skip
-"""Methods of the published pages, by the question whose labels they are compared with."""
+"""By the question whose labels their verdicts are compared with."""
 
 ALONE = ("com=5mm", "position=3mm", "weight=5%", "friction=0.1")
 """Quantities that deviate one at a time, to compare their effects."""
@@ -50,6 +55,9 @@ CHECK = "equilibrium"
 CHECK_CASES = 500
 """Cases a scenario from which the checked layouts are chosen: the first of which some samples stand
 and some fall, by :data:`FIRST_LOOK` samples of another seed."""
+
+CHECKED = 50
+"""Layouts that are checked."""
 
 RANDOM = 4096
 """Random samples a checked layout."""
@@ -69,51 +77,39 @@ class Sampled:
     check: pd.DataFrame
 
 
-def sampled_cases(
-    lab: Lab,
-    *,
-    uncertain: str,
-    methods: Sequence[str],
-    asked: str,
-    cases: int,
-    engine_cases: int,
-    checked: int,
-) -> Sampled:
-    """Sample the missing cases, by the options of the study; an interrupted run is resumed.
+def sampled_cases(lab: Lab, asked: str, limit: int | None = None) -> Sampled:
+    """Sample the missing cases, at most ``limit`` a scenario; an interrupted run is resumed.
 
     Progress counts cases done and cases in all, first of all but the random samples.
 
     Raises:
-        SpecError: no such method, or not a quantity that can be uncertain.
         ResultsError: the work folder is no folder, or another run is at work in it.
         EngineNotInstalledError: a method's engine is missing.
         WorkerDiedError: see :func:`steadyload.runs.pool.run_units`.
     """
-    specs, alone_method = tuple(dict.fromkeys(methods)) or METHODS[asked], ALONE_METHOD[asked]
-    for text in (uncertain, *ALONE):
-        parse_uncertainty(text)
+    specs, alone_method = METHODS[asked], ALONE_METHOD[asked]
     for spec in (*specs, alone_method):
         make_method(spec).prepare()
     benchmark = load_benchmark(SET)
     # Of the code at the time of sampling, not of later changes.
     made = {spec: _made_by(spec) for spec in (*specs, alone_method, CHECK)}
 
-    def unit(limit: int, question: Question) -> Unit:
-        """A question about the first ``limit`` cases of each scenario; 0 for none."""
-        chosen = benchmark.select(PART, limit=limit).itertuples() if limit else ()
+    def unit(count: int, question: Question) -> Unit:
+        """A question about the first cases of each scenario."""
+        chosen = benchmark.select(PART, limit=min(count, limit or count)).itertuples()
         own = tuple(
             (each.scenario, benchmark.layout(each.layout, each.scenario)) for each in chosen
         )
         return Unit(own, question, made[question.method])
 
     def of_method(spec: str) -> Unit:
-        limit = cases if make_method(spec).spec.engine is None else engine_cases
-        return unit(limit, Question(spec, uncertain, SAMPLING))
+        count = CASES if make_method(spec).spec.engine is None else ENGINE_CASES
+        return unit(count, Question(spec, UNCERTAIN, SAMPLING))
 
     by_method = {spec: of_method(spec) for spec in specs}
-    alone = {what: unit(engine_cases, Question(alone_method, what, SAMPLING)) for what in ALONE}
+    alone = {what: unit(ENGINE_CASES, Question(alone_method, what, SAMPLING)) for what in ALONE}
     few = replace(SAMPLING, most=FIRST_LOOK, seed=SAMPLING.seed + 1)
-    glance = unit(CHECK_CASES if checked else 0, Question(CHECK, uncertain, few))
+    glance = unit(CHECK_CASES, Question(CHECK, UNCERTAIN, few))
     with locked(lab.work):
         store: Store[Row, list[Row]] = Store(lab.work / "cases", JSON)
 
@@ -133,7 +129,7 @@ def sampled_cases(
         sample([*by_method.values(), *alone.values(), glance])
         check = replace(
             glance,
-            cases=_unsure(glance, table(glance))[:checked],
+            cases=_unsure(glance, table(glance))[:CHECKED],
             question=replace(glance.question, sampling=SAMPLING, random=RANDOM),
         )
         sample([check])
@@ -147,7 +143,7 @@ def sampled_cases(
 def _unsure(glance: Unit, table: pd.DataFrame) -> tuple[Case, ...]:
     """The cases of which some samples stand and some fall, scenarios in turn."""
     turns: dict[str, list[Case]] = {scenario: [] for scenario, _ in glance.cases}
-    for case, safe in zip(glance.cases, table["safe"] if len(table) else (), strict=True):
+    for case, safe in zip(glance.cases, table["safe"], strict=True):
         counts = dict(safe)
         if 0 < counts.get(len(case[1]), 0) < sum(counts.values()):
             turns[case[0]].append(case)

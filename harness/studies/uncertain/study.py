@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from steadyload.studies.kit import Lab, PublishedPage, Study, methods_option, option
+from steadyload.studies.kit import Lab, PublishedPage, Study, option
 
 if TYPE_CHECKING:
     from steadyload.studies.uncertain.comparing import Found
 
 
 class Uncertain(Study["Found"]):
-    """Deviations, methods and numbers of cases."""
+    """Verdicts on many samples of labelled cases, compared with the labels of a question."""
 
     question = "How reliable is a verdict when a load deviates from its plan?"
     about = "reliability of verdicts on labelled cases: accuracy, probability, cost"
@@ -24,20 +24,12 @@ class Uncertain(Study["Found"]):
         ),
     )  # fmt: skip
 
-    uncertain: str = option(
-        "com=5mm,position=3mm", "what deviates (default: com=5mm,position=3mm)", metavar="WHAT"
-    )
-    methods: tuple[str, ...] = methods_option(
-        "may be repeated (default: a rule, the equilibrium, a network, an engine)"
-    )
     asked: str = option(
         "within", "whose labels verdicts are compared with: within or stands (default: within)",
         metavar="QUESTION", names=("--question",), choices=("within", "stands"),
     )  # fmt: skip
-    cases: int = option(100, "a scenario, for methods without an engine (default: 100)", least=1)
-    engine_cases: int = option(20, "a scenario, for methods with one (default: 20)", least=1)
-    checked: int = option(
-        50, "layouts that are compared with many random samples (default: 50)", least=0
+    limit: int | None = option(
+        None, "only the first N cases a scenario (default: all)", least=10, metavar="N"
     )
 
     def run(self, lab: Lab) -> Found:
@@ -47,4 +39,4 @@ class Uncertain(Study["Found"]):
         from steadyload.studies.uncertain.sampling import sampled_cases
 
         made_with = provenance_lines()  # of the code at the time of sampling
-        return summarise(self.uncertain, sampled_cases(lab, **vars(self)), made_with, self.asked)
+        return summarise(sampled_cases(lab, self.asked, self.limit), made_with, self.asked)
