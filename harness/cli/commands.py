@@ -151,7 +151,7 @@ RENAMED: Mapping[str, str] = {
     "session": "study session",
     "bench": "study speed",
     "compare-engines": "study engines",
-    "precision": "study extremes --loads 100",
+    "precision": "study extremes",
     "scope": "study scope",
     "verify closed-forms": "study closed-forms",
     "verify convergence": "study convergence",

@@ -27,9 +27,11 @@ from steadyload.studies.engines.accuracy import summarised
 from steadyload.studies.engines.showing import Found
 from steadyload.studies.engines.study import EngineStudy
 from steadyload.studies.extremes.loads import Loads, summarise
+from steadyload.studies.extremes.measuring import Outcome
 from steadyload.studies.extremes.showing import Found as Extreme
 from steadyload.studies.extremes.sizes import EDGES, TESTS, ScaledStage, closed_forms_by_size
 from steadyload.studies.extremes.study import Extremes
+from steadyload.studies.extremes.sweeps import ExtremeCell
 from steadyload.studies.kit import Lab
 
 CHANGES = (AS_IT_IS, *DISTANCES, *SCALES)
@@ -184,15 +186,21 @@ def test_what_changes_beyond_double_precision(single, double, excess, has_cost, 
 def test_the_page_of_extremes_shows_loads(monkeypatch):
     loads = loads_of({NEAR: 1, FAR: 19, SIZE: 11}, {NEAR: 1, FAR: 2, SIZE: 1}, monkeypatch)
     assert loads.dearest == SIZE
-    page = Extremes().page(Extreme([], 30.0, provenance(), loads))
-    assert [section.title for section in page.details][:2] == [
-        "Loads far from the origin, and loads of other sizes", "Closed forms at three sizes",
-    ]  # fmt: skip
-    text = "\n".join(map(str, page.details[0].placed))
+    numbers = {"found": 1.02, "expected": 1.0}
+    cells = [ExtremeCell("sliding", "bullet", 240, 0.5, Outcome.CLOSE, numbers)]
+
+    def section(loads):
+        page = Extremes().page(Extreme(cells, provenance(), loads))
+        *_, own, last = page.details
+        assert own.title == "Loads far from the origin, and loads of other sizes"
+        assert last.title == "Closed forms at three sizes"
+        return "\n".join(map(str, own.placed))
+
+    text = section(loads)
     assert text.startswith("On single 85.0 ")
     assert "origin of a world, and 0.0 " in text
     assert "the effect grows with the distance." in text
     assert f"where a load is {SIZE.name}: 50.0 " in text
     alone = Loads(loads.rows[1:], 20, 20, [])
-    text = str(Extremes().page(Extreme([], 30.0, provenance(), alone)).details[0].placed[0])
+    text = section(alone)
     assert text.startswith("No engine of single precision and one of double precision are")

@@ -23,11 +23,10 @@ from steadyload.engines.world import (
 from steadyload.methods.envelope import Envelope, envelopes
 from steadyload.properties import mechanics
 from steadyload.properties.closed_forms import Stage
-from steadyload.runs.definition import StudyError
 from steadyload.runs.provenance import provenance
+from steadyload.studies.extremes import loads, scenes
 from steadyload.studies.extremes import measuring as extreme_runs
 from steadyload.studies.extremes import running as extreme_cells
-from steadyload.studies.extremes import scenes
 from steadyload.studies.extremes.envelopes import (
     ENVELOPE_SWEEPS,
     EnvelopeRow,
@@ -48,6 +47,7 @@ from steadyload.studies.extremes.sweeps import (
 )
 from steadyload.studies.kit import Lab
 
+LOADS = loads.Loads([], 0, 0, [])
 PUBLISHED = Path(__file__).resolve().parents[2] / "reports" / "published" / "extremes"
 
 # --- measures -----------------------------------------------------------------------------------
@@ -199,8 +199,8 @@ def test_a_tower_is_given_up_after_three_failures(tmp_path):
     seen = []
     cells = run_extremes(
         Lab(tmp_path, 0, lambda _, *at: seen.append(at)),
-        only_engines=["bullet"],
-        only_sweeps=["tower"],
+        engines=["bullet"],
+        sweeps=["tower"],
         frequencies=[5, 240],
     )
     coarse = [c for c in cells if c.frequency == 5]
@@ -215,7 +215,7 @@ def test_a_tower_is_given_up_after_three_failures(tmp_path):
 
 def test_a_second_run_measures_only_what_is_missing(tmp_path, monkeypatch):
     def run(**changes):
-        asked = {"only_engines": ["bullet"], "only_sweeps": ["light-on-heavy", "tower"]}
+        asked = {"engines": ["bullet"], "sweeps": ["light-on-heavy", "tower"]}
         return run_extremes(Lab(tmp_path, 0), **{**asked, "frequencies": [10], **changes})
 
     first, measured = run(), []
@@ -223,7 +223,7 @@ def test_a_second_run_measures_only_what_is_missing(tmp_path, monkeypatch):
     monkeypatch.setattr(extreme_cells, "measured", lambda unit: measured.append(unit) or real(unit))
     assert run() == first
     assert not measured
-    assert len(run(frequencies=[10, 15], only_sweeps=["light-on-heavy"])) == len(measured) * 2
+    assert len(run(frequencies=[10, 15], sweeps=["light-on-heavy"])) == len(measured) * 2
     # One cell lost: it alone comes back.
     cells = {file: json.loads(file.read_text()) for file in (tmp_path / "cells").iterdir()}
     mine = ("light-on-heavy", 10)
@@ -267,13 +267,14 @@ def hanging(tmp_path, monkeypatch):
 
 
 def test_a_native_call_that_hangs_costs_one_cell(hanging, tmp_path):
-    asked = {"only_engines": [hanging], "only_sweeps": ["light-on-heavy"], "frequencies": [60]}
+    asked = {"engines": [hanging], "sweeps": ["light-on-heavy"], "frequencies": [60]}
     values = SWEEPS["light-on-heavy"].values[:1]
     with pytest.MonkeyPatch.context() as patched:
         one = dataclasses.replace(SWEEPS["light-on-heavy"], values=values)
         patched.setitem(SWEEPS, "light-on-heavy", one)
+        patched.setattr(extreme_cells, "TIMEOUT", 0.1)
         patched.setattr(extreme_cells, "hard_seconds", lambda timeout: 20.0 * timeout)
-        (cell,) = run_extremes(Lab(tmp_path / "run"), **asked, timeout=0.1)
+        (cell,) = run_extremes(Lab(tmp_path / "run"), **asked)
     assert (cell.outcome, cell.note) == (
         Outcome.NO_VERDICT, "no answer within 2 s of CPU time; its process was killed",
     )  # fmt: skip
@@ -282,20 +283,12 @@ def test_a_native_call_that_hangs_costs_one_cell(hanging, tmp_path):
 def test_an_engine_with_its_own_steps_runs_once(tmp_path):
     cells = run_extremes(
         Lab(tmp_path, 0),
-        only_engines=["reference", "chipmunk"],
-        only_sweeps=["plate-on-edge"],
+        engines=["chipmunk", "reference"],
+        sweeps=["plate-on-edge"],
         frequencies=[60, 240],
     )
     runs = list(dict.fromkeys((c.engine, c.frequency) for c in cells))
     assert runs == [("chipmunk", 60), ("chipmunk", 240), ("reference", None)]
-
-
-def test_unknown_names_are_said(tmp_path):
-    with pytest.raises(StudyError, match="unknown engine 'bulet'; did you mean 'bullet'"):
-        run_extremes(Lab(tmp_path, 0), only_engines=["bulet"])
-    with pytest.raises(StudyError, match="unknown sweep 'towr'; did you mean 'tower'"):
-        run_extremes(Lab(tmp_path, 0), only_sweeps=["towr"])
-    assert not list(tmp_path.iterdir())
 
 
 # --- the envelope -------------------------------------------------------------------------------
@@ -389,7 +382,7 @@ def cells():
 
 @pytest.fixture(scope="module")
 def found(cells):
-    return Found(cells, 30.0, provenance())
+    return Found(cells, provenance(), LOADS)
 
 
 def test_the_page_shows_what_was_found(found, assert_shown):
@@ -441,29 +434,25 @@ def test_who_ran_out_of_time_is_named(cells):
         else c
         for c in cells
     ]
-    found = Found(late, 30.0, provenance())
+    found = Found(late, provenance(), LOADS)
     assert found.counted["without a verdict"] == 1
     assert found.silent == {"bullet, number of items": ["60 Hz"]}
 
 
-def test_a_part_has_no_envelope_and_is_shown(cells, assert_shown):
-    found = Found([c for c in cells if c.sweep in ("tower", "bounce")], 30.0, provenance())
-    assert (found.envelope, found.usually) == ((), [])
-    (tower,), (bounce,) = found.resting, found.formulas
-    charts = ["tower", "bounce", "bounce-error", "closed-forms"]
-    assert_shown(Extremes(), found, tables=[tower.largest, bounce.values], charts=charts)
-
-
-def test_the_study_measures_what_is_chosen(tmp_path):
-    asked = Extremes(engines=("bullet",), sweeps=("plate-on-edge",), frequencies=(60,), timeout=9.0)
-    found = asked.run(Lab(tmp_path, 0))
-    (swept,) = found.swept
-    assert {(c.sweep, c.engine, c.frequency) for c in swept.cells} == {
-        ("plate-on-edge", "bullet", 60)
-    }
-    assert json.loads((tmp_path / "manifest.json").read_text())["timeout"] == found.timeout == 9.0
-    with pytest.raises(ConfigError, match="leave these out"):
-        Extremes(sweeps=("tower",), write_envelope=True)
+def test_a_limit_is_of_frequencies_of_engines_with_fixed_steps(tmp_path, monkeypatch):
+    asked = []
+    monkeypatch.setattr(
+        extreme_cells, "run_extremes", lambda lab, engines, **of: asked.append((engines, of)) or []
+    )
+    monkeypatch.setattr(loads, "loads_moved_and_scaled", lambda lab, limit: asked.append(limit))
+    Extremes(limit=3).run(Lab(tmp_path, 0))
+    Extremes().run(Lab(tmp_path, 0))
+    (few, of), cases, (every, full), all_cases = asked
+    assert {*every} - {*few} == {"reference"}
+    assert (of["frequencies"], cases) == ((5, 10, 15), 3)
+    assert (full["frequencies"], all_cases) == (FREQUENCIES, 100)
+    with pytest.raises(ConfigError, match="leave --limit out"):
+        Extremes(limit=1, write_envelope=True)
 
 
 def test_envelopes_are_written_where_they_are_asked_for(found, tmp_path, monkeypatch):

@@ -24,6 +24,9 @@ from steadyload.studies.changed_loads import (
 from steadyload.studies.extremes.sizes import FREQUENCY, SizeRow, closed_forms_by_size
 from steadyload.studies.kit import Lab
 
+CASES = 100
+"""Cases a scenario of the set of many lists."""
+
 FOLDER = "loads"
 """Folder of what is judged and measured, in the work folder."""
 
@@ -98,15 +101,14 @@ class Loads:
         ]
 
 
-def loads_moved_and_scaled(lab: Lab, engines: Sequence[str], limit: int) -> Loads:
+def loads_moved_and_scaled(lab: Lab, limit: int) -> Loads:
     """Judge cases under every change, and measure closed forms at several sizes.
 
     Args:
         lab: where it runs.
-        engines: names; others than those of three dimensions and fixed steps are left out.
         limit: cases a scenario of the set of many lists.
     """
-    able = [name for name in fixed_step_engines() if not engines or name in engines]
+    able = fixed_step_engines()
     answers = judge_changed(lab, able, limit, (AS_IT_IS, *DISTANCES, *SCALES), FOLDER)
     sizes = closed_forms_by_size(lab, able, f"{FOLDER}/sizes")
     return Loads(summarise(answers), len(answers.cases), len(answers.clusters), sizes)

@@ -13,21 +13,19 @@ from collections.abc import Mapping, Sequence
 
 from steadyload.atomic import write_atomically
 from steadyload.engines.registry import (
-    engines,
-    engines_here,
     package_versions,
     warm_up,
     world_class,
 )
 from steadyload.methods.simulation import loading
 from steadyload.properties import closed_forms
-from steadyload.runs.able import chosen
 from steadyload.runs.asked import Asked, asked, measured
 from steadyload.runs.pool import PartLimit
 from steadyload.runs.provenance import made_on, provenance
 from steadyload.runs.store import Codec, Store, locked
 from steadyload.runs.units import hard_seconds
-from steadyload.studies.extremes import measuring, sweeps
+from steadyload.studies.extremes import measuring
+from steadyload.studies.extremes import sweeps as sweeping
 from steadyload.studies.extremes.measuring import Outcome
 from steadyload.studies.extremes.sweeps import (
     FREQUENCIES,
@@ -68,42 +66,36 @@ def cell_without_verdict(unit: CellUnit, part: int, reason: str) -> ExtremeCell:
 
 def run_extremes(
     lab: Lab,
-    only_engines: Sequence[str] = (),
-    only_sweeps: Sequence[str] = (),
-    *,
+    engines: Sequence[str],
+    sweeps: Sequence[str] = tuple(SWEEPS),
     frequencies: Sequence[int] = FREQUENCIES,
-    timeout: float = TIMEOUT,
 ) -> list[ExtremeCell]:
-    """Measure the missing cells of sweeps; returns all selected cells, in the order of the page.
+    """Measure the missing cells of sweeps; returns all cells, in the order of the page.
 
     A sweep that ends after some consecutive failures is measured value by value, so it has no cells
     beyond them.
 
     Args:
         lab: where it runs.
-        only_engines: registered names; empty for those of :func:`engines_here`.
-        only_sweeps: names of sweeps; empty for all.
+        engines: registered names.
+        sweeps: names of sweeps.
         frequencies: substeps a second; an engine that chooses its own steps runs once.
-        timeout: CPU seconds a cell may take.
 
     Raises:
-        StudyError: no engine or sweep of that name.
         EngineNotInstalledError: the library behind an engine is missing.
         ResultsError: another run is at work in the folder, or it holds something else.
         WorkerDiedError: see :func:`steadyload.runs.pool.run_units`.
     """
-    names = chosen(only_engines, engines(), "engine") or engines_here()
-    picked = chosen(only_sweeps, SWEEPS, "sweep") or tuple(SWEEPS)
     with locked(lab.work):
         made_with = provenance()
-        made_by = {engine: _made_by(engine) for engine in names}
+        made_by = {engine: _made_by(engine) for engine in engines}
         lines = [
             [
-                CellUnit(sweep, engine, frequency, value, timeout, made_by[engine])
+                CellUnit(sweep, engine, frequency, value, TIMEOUT, made_by[engine])
                 for value in SWEEPS[sweep].values
             ]
-            for sweep in picked
-            for engine in names
+            for sweep in sweeps
+            for engine in engines
             for frequency in _frequencies(engine, frequencies)
         ]
         units = [unit for line in lines for unit in line]
@@ -124,14 +116,14 @@ def run_extremes(
                 now,
                 measured,
                 crashed=cell_without_verdict,
-                limit=PartLimit(hard_seconds(timeout), cell_without_verdict),
+                limit=PartLimit(hard_seconds(TIMEOUT), cell_without_verdict),
                 workers=lab.workers,
                 progress=lambda new, _, done=done: lab.progress(
                     "measuring", done + new, len(units)
                 ),
             )
             cells |= {unit.key: store.read(unit.key) for unit in now}
-        manifest = {"engines": names, "sweeps": picked, "timeout": timeout, **made_with}
+        manifest = {"engines": engines, "sweeps": sweeps, "timeout": TIMEOUT, **made_with}
         write_atomically(lab.work / "manifest.json", json.dumps(manifest, indent=1) + "\n")
     return [cells[unit.key] for unit in units if unit.key in cells]
 
@@ -163,7 +155,7 @@ _CELLS: Codec[ExtremeCell, ExtremeCell] = Codec(
 def _made_by(engine: str) -> dict[str, str]:
     """Versions of the parts and packages on which a cell depends, by name."""
     parts = {
-        "sweeps": sweeps.VERSION,
+        "sweeps": sweeping.VERSION,
         "measuring": measuring.VERSION,
         "closed forms": closed_forms.VERSION,
         "loading": loading.VERSION,

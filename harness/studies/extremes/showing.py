@@ -22,7 +22,7 @@ from steadyload.studies.closed_form_errors import (
 from steadyload.studies.extremes.envelopes import EnvelopeRow, envelope_rows, from_here_on
 from steadyload.studies.extremes.loads import Loads
 from steadyload.studies.extremes.measuring import Outcome
-from steadyload.studies.extremes.sweeps import SWEEPS, ExtremeCell, ExtremeSweep
+from steadyload.studies.extremes.sweeps import SWEEPS, TIMEOUT, ExtremeCell, ExtremeSweep
 
 _SPOKEN_OF = (60, 240, 1000)
 """Frequencies in sentences and tables of numbers, where they were measured."""
@@ -138,16 +138,15 @@ class Found:
 
     Attributes:
         cells: by sweep, in the order of the page.
-        timeout: of a cell [s].
         made_by: provenance of the measurement.
-        loads: what moved and scaled loads show; None where none was judged.
+        loads: what moved and scaled loads show.
     """
 
     cells: Sequence[ExtremeCell]
-    timeout: float
     made_by: Mapping[str, Any]
-    loads: Loads | None = None
+    loads: Loads
 
+    timeout: ClassVar[float] = TIMEOUT
     titles: ClassVar[Mapping[Outcome, str]] = _TITLES
     usual: ClassVar[int] = 240
     """Substeps a second of the sentence that begins the page."""

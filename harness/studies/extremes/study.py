@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from steadyload.config import ConfigError, positive_number
+from steadyload.config import ConfigError
 from steadyload.studies.kit import Lab, PublishedPage, Study, option
 
 if TYPE_CHECKING:
@@ -18,49 +18,34 @@ class Extremes(Study["Found"]):
 
     question = "Where does every engine stop being right?"
     about = "take engines to where they stop being right; their operating envelope"
-    pages = (PublishedPage("extremes", "--write-envelope --loads 100"),)
+    pages = (PublishedPage("extremes", "--write-envelope"),)
 
-    engines: tuple[str, ...] = option(
-        (), "only this; may be repeated", names=("--engine",), metavar="NAME"
-    )
-    sweeps: tuple[str, ...] = option(
-        (), "only this; may be repeated", names=("--sweep",), metavar="NAME"
-    )
-    frequencies: tuple[int, ...] = option(
-        (), "only at this many substeps a second; may be repeated", names=("--frequency",),
-        metavar="HZ", least=1,
-    )  # fmt: skip
-    timeout: float | None = option(
-        None, "CPU seconds a cell may take (default: 30)", metavar="S", read=positive_number
-    )
-    write_envelope: bool = option(
-        False, "write what was held to the file from which studies warn; of all sweeps and "
-        "frequencies only",
-    )  # fmt: skip
-
-    loads: int = option(
-        0, "cases a scenario of the set of many lists that are moved and scaled, on engines of "
-        "three dimensions and fixed steps (default: 0, none)", least=0, metavar="N",
+    write_envelope: bool = option(False, "write what was held to the file from which studies warn")
+    limit: int | None = option(
+        None, "only the N lowest frequencies, engines of fixed steps, and N cases a scenario of "
+        "loads that are moved and scaled (default: all, and 100)", least=1, metavar="N",
     )  # fmt: skip
 
     def __post_init__(self) -> None:
-        if self.write_envelope and (self.sweeps or self.frequencies):
-            raise ConfigError("--write-envelope is of all sweeps and frequencies; leave these out")
+        if self.write_envelope and self.limit is not None:
+            raise ConfigError("--write-envelope is of all frequencies; leave --limit out")
 
     def run(self, lab: Lab) -> Found:
         """The outcomes of all cells, and the limits that each engine holds."""
+        from steadyload.engines.registry import capabilities, engines_here
         from steadyload.runs.provenance import provenance
-        from steadyload.studies.extremes.loads import loads_moved_and_scaled
+        from steadyload.studies.extremes.loads import CASES, loads_moved_and_scaled
         from steadyload.studies.extremes.running import run_extremes
         from steadyload.studies.extremes.showing import Found
-        from steadyload.studies.extremes.sweeps import FREQUENCIES, TIMEOUT
+        from steadyload.studies.extremes.sweeps import FREQUENCIES
 
-        timeout = self.timeout or TIMEOUT
         made_by = provenance()  # of the code at the time of the measurement, not of later changes
-        rates = sorted(set(self.frequencies or FREQUENCIES))
-        cells = run_extremes(lab, self.engines, self.sweeps, frequencies=rates, timeout=timeout)
-        loads = loads_moved_and_scaled(lab, self.engines, self.loads) if self.loads else None
-        return Found(cells, timeout, made_by, loads)
+        engines = [
+            name for name in engines_here()
+            if self.limit is None or not capabilities(name).error_controlled
+        ]  # fmt: skip
+        cells = run_extremes(lab, engines, frequencies=FREQUENCIES[: self.limit])
+        return Found(cells, made_by, loads_moved_and_scaled(lab, min(CASES, self.limit or CASES)))
 
     def beside(self, found: Found, folder: Path) -> None:
         """The file of envelopes, where that is asked for; it lies in the package."""

@@ -25,7 +25,7 @@ VERSION = 1
 FREQUENCIES = (5, 10, 15, 30, 60, 90, 120, 240, 480, 1000)
 
 TIMEOUT = 30.0
-"""Default time limit of a cell [s of CPU time]."""
+"""Time limit of a cell [s of CPU time]."""
 
 _RATIOS = (1, 3, 10, 30, 100, 300, 1e3, 3e3, 1e4, 3e4, 1e5, 3e5, 1e6)
 _SIZES = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
