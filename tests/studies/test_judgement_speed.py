@@ -18,7 +18,7 @@ from steadyload.methods.session.session import LoadingSession
 from steadyload.progress import silent
 from steadyload.statistics.estimate import Estimate
 from steadyload.studies.kit import Lab
-from steadyload.studies.speed import measuring, running, scenes
+from steadyload.studies.speed import measuring, running, scenes, study
 from steadyload.studies.speed.measuring import Job, measure
 from steadyload.studies.speed.records import CaseSet, Cost, Found, Growth, GrowthPoint
 from steadyload.studies.speed.running import grown, step_shares
@@ -50,8 +50,8 @@ def test_what_is_measured_is_kept_printed_and_shown_again(
 ):
     monkeypatch.setattr(scenes, "QUICK", TINY)
     out = layout_file.parent / "out"
-    words = ["study", "speed", "--quick", "--layouts", str(layout_file)]
-    words += ["-m", SPECS[0], "-m", SPECS[1]]
+    monkeypatch.setattr(study, "METHODS", SPECS)
+    words = ["study", "speed", "--limit", "2", "--layouts", str(layout_file)]
     assert main([*words, "-o", str(out), "--json"]) == 0
     printed = strictly(capsys.readouterr().out)
     kept = (out / FILE).read_bytes()
@@ -212,11 +212,6 @@ def test_the_page_shows_what_was_found():
     told = Speed().page(replace(RUN, quick=True, load=4.0)).summary
     for words in ("A quick run", "The machine was busy"):
         assert words in told
-    bare = replace(RUN, costs=[Cost("validation", "fbs", 0, 9, None)], growth=[], points=[])
-    page = Speed().page(bare)
-    assert [section.title for section in (*page.sections, *page.details)] == [
-        "One judgement, many at once, and placements", "How it is measured",
-    ]  # fmt: skip
 
 
 def test_a_damaged_file_of_figures_is_refused(tmp_path):

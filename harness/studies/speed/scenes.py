@@ -53,7 +53,7 @@ class Extent(NamedTuple):
 
 
 FULL = Extent()
-QUICK = Extent(repeats=3, draws=2, most_items=50, patience=0.5, limit=10)
+QUICK = Extent(repeats=3, draws=2, most_items=50, patience=0.5)
 
 
 class Source(NamedTuple):

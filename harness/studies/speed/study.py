@@ -6,20 +6,20 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from steadyload.studies.kit import Lab, PublishedPage, Study, methods_option, option
+from steadyload.studies.kit import Lab, PublishedPage, Study, option
 
 if TYPE_CHECKING:
     from steadyload.studies.speed.records import Found
 
 METHODS = ("fbs", "pbs0.7", "sme", "equilibrium", "equilibrium:time=0.3")
-"""Methods that are measured by default."""
+"""Methods that are measured."""
 
 FILE = "times.json"
 """File of the figures, in the folder of the page."""
 
 
 class Speed(Study["Found"]):
-    """Methods, layouts, and how much is measured."""
+    """Times of judgements on labelled cases, and on the layouts of files."""
 
     question = "What does a judgement cost, and how does that grow with the number of items?"
     about = "measure what judgements cost"
@@ -27,16 +27,16 @@ class Speed(Study["Found"]):
     workers = None
     pages = (PublishedPage("speed", "--last --layouts ../shared/data/pallets/pallets.json"),)
 
-    methods: tuple[str, ...] = methods_option(
-        f"measure only this; may be repeated (default: {', '.join(METHODS)})"
-    )
     layouts: tuple[Path, ...] = option(
         (), "measure on the layouts of this file, too; may be repeated", metavar="FILE"
     )
-    quick: bool = option(False, "few layouts and repeats, up to 50 items: seconds")
     last: bool = option(
         False, "make the page of the last run once more; measures where there is none"
     )
+    limit: int | None = option(
+        None, "only N cases a scenario and N layouts of a file, few repeats, up to 50 items: "
+        "seconds (default: all)", least=1, metavar="N",
+    )  # fmt: skip
     json: bool = option(False, "print the figures as one JSON object, in place of the page's path")
 
     def run(self, lab: Lab) -> Found:
@@ -50,9 +50,9 @@ class Speed(Study["Found"]):
         file = lab.work / FILE
         if self.last and file.exists():
             return bind(Found, stored_object(file, "remove it, and measure anew"), str(file))
-        extent = QUICK if self.quick else FULL
+        extent = FULL if self.limit is None else QUICK._replace(limit=self.limit)
         sets = case_sets(self.layouts, extent.limit)
-        return run_speed(self.methods or METHODS, sets, extent, lab.progress)
+        return run_speed(METHODS, sets, extent, lab.progress)
 
     def beside(self, found: Found, folder: Path) -> None:
         """The figures, of which the page can be made once more."""
