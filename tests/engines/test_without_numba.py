@@ -50,7 +50,7 @@ def absent(monkeypatch):
         "study repair --reference",
         "study sensitivity",
         "study session",
-        "study transport --loads 1 --small 1",
+        "study transport --limit 5",
     ],
 )
 def test_what_needs_the_reference_says_so_before_any_work(words, place, absent, capsys):
@@ -72,7 +72,7 @@ def test_so_do_labels_to_learn_from(tmp_path, absent):
         ("check one.json", "1 pallet: 1 stand"),
         ("methods label@reference", "rebound"),
         ("engines", "reference"),
-        ("study speed --quick -m sme", "report.md"),
+        ("study speed --limit 1", "report.md"),
         ("warm-up", f"nothing is compiled: {NEEDS}\n"),
     ],
 )

@@ -188,27 +188,16 @@ class Found:
         return sorted(self.small, key=lambda one: one.method.engine is None)
 
     @property
-    def beside_small(self) -> tuple[Distance, Distance] | None:
-        """The equilibrium and the rule of thumb on small loads, where there are both."""
-        return _both(self.small)
-
-    @property
-    def beside_real(self) -> tuple[Distance, Distance] | None:
-        """The same on loads of real size."""
-        return _both(self.real)
+    def beside_real(self) -> tuple[Distance, Distance]:
+        """The equilibrium and the rule of thumb on loads of real size."""
+        by_spec = {one.method.spec: one for one in self.real}
+        return by_spec[EXACT], by_spec[WHOLE]
 
     @property
     def weakest(self) -> Holding:
         """Loads of real size, by the equilibrium."""
         of_exact = (EXACT, _SETS[REAL])
         return next(one for one in self.holding if (one.method.spec, one.loads) == of_exact)
-
-
-def _both(found: Sequence[Distance]) -> tuple[Distance, Distance] | None:
-    by_spec = {one.method.spec: one for one in found}
-    if EXACT not in by_spec or WHOLE not in by_spec:
-        return None
-    return by_spec[EXACT], by_spec[WHOLE]
 
 
 def compare(found: LoadLimits, made_with: Mapping[str, str]) -> Found:

@@ -14,12 +14,12 @@ from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.benchmark.parts import LISTS, REAL, Part
 from steadyload.layouts.model.layout import Layout
 from steadyload.layouts.model.question import Question
+from steadyload.layouts.sizes import MOST_SMALL
 from steadyload.methods.contract.spec import parse_spec
 from steadyload.methods.registry import make_method
 from steadyload.methods.tuned import TUNED
 from steadyload.runs.able import fixed_step_engines
 from steadyload.runs.asked import measured
-from steadyload.runs.definition import StudyError
 from steadyload.runs.pool import PartLimit
 from steadyload.runs.provenance import made_by
 from steadyload.runs.store import JSON, Store, locked
@@ -41,6 +41,15 @@ RISING = "label@mujoco"
 
 FRICTION = 0.5
 """Coefficient of every contact where none is stated."""
+
+LOADS, SMALL = 200, 60
+"""Loads of real size, and of the set of many lists."""
+
+REFERENCED = 100
+"""Loads of real size, those of fewest boxes, that the reference judges, too."""
+
+DIRECTIONS = 8
+"""Directions around a load."""
 
 _SECONDS = 1200.0
 """CPU time that all directions of a load may take."""
@@ -154,33 +163,21 @@ def engines_on_the_front(boxes: int) -> tuple[str, ...]:
     return tuple(one.engine for one in best(simulations) if one.engine)
 
 
-def limits_of_loads(
-    lab: Lab,
-    *,
-    loads: int,
-    most_boxes: int,
-    small: int,
-    referenced: int,
-    directions: int,
-    engines: Sequence[str],
-) -> LoadLimits:
-    """Find the missing limits by the options of the study, and return all.
+def limits_of_loads(lab: Lab, limit: int | None = None) -> LoadLimits:
+    """Find the missing limits of loads, of at most ``limit`` of each set, and return all.
 
     Raises:
-        StudyError: no such engine, or every load of real size has more boxes.
-        FrontError: no engine is named, and none is to be recommended here.
+        FrontError: no engine is to be recommended here.
         ResultsError: another run is at work in the folder.
     """
     here = {
         LISTS: fixed_step_engines(),
-        REAL: fixed_step_engines(engines or engines_on_the_front(most_boxes)),
+        REAL: fixed_step_engines(engines_on_the_front(MOST_SMALL)),
     }
-    found = {LISTS: standing_loads(LISTS, small), REAL: standing_loads(REAL, loads, most_boxes)}
-    if not found[REAL]:
-        least = min(len(load.layout) for load in standing_loads(REAL, loads))
-        raise StudyError(
-            f"most-boxes is {most_boxes}; allowed: {least} or more, which loads of real size have"
-        )
+    found = {
+        LISTS: standing_loads(LISTS, min(SMALL, limit or SMALL)),
+        REAL: standing_loads(REAL, min(LOADS, limit or LOADS), MOST_SMALL),
+    }
     statics = list(dict.fromkeys([EXACT, RUBBING, *map(exact_at, FRICTIONS)]))
     asked_of = [
         (load, method, 0.0)
@@ -188,11 +185,11 @@ def limits_of_loads(
         for method in (*statics, *(f"label@{name}" for name in here[of]))
         for load in own
     ]
-    fewest = sorted(found[REAL], key=lambda load: len(load.layout))[:referenced]
+    fewest = sorted(found[REAL], key=lambda load: len(load.layout))[:REFERENCED]
     asked_of += [(load, REFERENCE, 0.0) for load in (*found[LISTS], *fewest)]
     asked_of += [(load, RISING, rise) for rise in RISES if rise for load in found[LISTS]]
     made = {method: made_by(make_method(method)) for _, method, _ in asked_of}
-    ways = around(directions)
+    ways = around(DIRECTIONS)
     units = [LimitUnit(load, method, ways, rise, made[method]) for load, method, rise in asked_of]
     with locked(lab.work):
         store: Store[Any, Any] = Store(lab.work / "limits", JSON)
