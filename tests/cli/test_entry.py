@@ -164,17 +164,17 @@ def test_the_help_lists_commands_in_groups(capsys):
         ),
         (["score", "x", "--overhang", "1e5"], "'1e5'; allowed: a number, 0 or more, below 100,000"),
         (["study", "engines", "--part", "sped"], "--part: 'sped'; did you mean 'speed'? allowed: "),
-        (["study", "closed-forms", "--engine"], "--engine"),
+        (["study", "closed-forms", "--work"], "--work"),
         (
             ["study", "uncertain", "--config", "no.toml"],
             "steadyload: no.toml: No such file or directory\n",
         ),
         *(
             (
-                ["study", "scope", "--seconds", text],
-                f"--seconds: {text!r}; allowed: a number, 0.001 or more",
+                ["reality", "field", "x", "--deck-friction", text],
+                f"--deck-friction: {text!r}; allowed: a number, 0 to 10",
             )
-            for text in ("nan", "0", "-1", "x", "\u0663")
+            for text in ("nan", "11", "-1", "x", "\u0663")
         ),
     ],
 )

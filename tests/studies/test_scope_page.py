@@ -10,14 +10,14 @@ import pytest
 
 from steadyload.labelling.screening import label_screened
 from steadyload.layouts import Item, Layout, Pallet
-from steadyload.layouts.benchmark import BenchmarkError, load_benchmark
+from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.benchmark.dataset import KEYS, Benchmark, row_of
 from steadyload.layouts.benchmark.tables import CASES, OPINIONS, UNLABELLED, write_tables
 from steadyload.layouts.model.question import Question
-from steadyload.methods.registry import make_method
 from steadyload.reports.table import compact
 from steadyload.runs.results import load_results
 from steadyload.studies.kit import Lab
+from steadyload.studies.scope import comparing
 from steadyload.studies.scope.balanced_steps import (
     Balance,
     MovedStep,
@@ -26,7 +26,6 @@ from steadyload.studies.scope.balanced_steps import (
     steps_of,
 )
 from steadyload.studies.scope.comparing import (
-    by_question,
     drawn_cases,
     option_title,
     size_groups,
@@ -83,23 +82,26 @@ def labelled(tmp_path_factory):
     return folder
 
 
-def small(labelled, *methods):
-    """The study of all cases of the set."""
-    return Scope(
-        benchmark=str(labelled), most_items=4, cases=3, standing_cases=3, seconds=60.0,
-        methods=methods,
-    )  # fmt: skip
+def compared(labelled, work, options):
+    """The results of all cases of the set."""
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(comparing, "REAL", labelled)
+        patched.setattr(comparing, "OPTIONS", options)
+        return Scope().run(Lab(work, workers=0))
 
 
 @pytest.fixture(scope="module")
 def result(labelled, tmp_path_factory):
     work = tmp_path_factory.mktemp("scope-work")
-    asked = small(labelled, MOVING, STANDING)
-    return asked, work, asked.run(Lab(work, workers=0))
+    options = {
+        Question.WITHIN: ("label@mujoco", MOVING),
+        Question.STANDS: ("label@mujoco:question=stands", STANDING),
+    }
+    return work, compared(labelled, work, options)
 
 
 def test_the_numbers_of_a_table_are_those_counted_by_hand(result):
-    _, work, found = result
+    work, found = result
     table = found.tables[Question.WITHIN]
     assert (table.cases, table.layouts, table.instances) == (3, 3, 3)
     (row,) = table.options
@@ -137,8 +139,8 @@ def test_the_numbers_of_a_table_are_those_counted_by_hand(result):
 def test_an_option_that_fails_elsewhere_is_earlier_or_later(labelled, tmp_path):
     # Beyond 1 um everything has moved too far at once; within 10 m nothing ever does.
     loose, strict = "label@mujoco:eps_t=1000,eps_r=180", "label@mujoco:eps_t=0.0001,eps_r=0.001"
-    found = small(labelled, loose, strict).run(Lab(tmp_path, workers=0))
-    table = found.tables[Question.WITHIN]
+    options = {Question.WITHIN: ("label@mujoco", loose, strict)}
+    table = compared(labelled, tmp_path, options).tables[Question.WITHIN]
     later, earlier = table.options
     assert later.changes == (0, 1, 0)
     assert later.same.value == pytest.approx(2 / 3)
@@ -220,26 +222,26 @@ def test_a_margin_of_a_tenth_of_a_millimetre_is_enough(margin, balance):
 
 def test_cases_are_drawn_in_turns_over_sources_and_scenarios(labelled):
     benchmark = load_benchmark(labelled)
-    chosen = drawn_cases(benchmark, 4, 2)
+    chosen = drawn_cases(benchmark, 2)
     assert list(zip(chosen["layout"], chosen["source"], strict=True)) == [
         ("tower", "packer one"),
         ("edge", "packer two"),
     ]
-    assert drawn_cases(benchmark, 3, 9)["layout"].tolist() == ["tower", "edge"]
-    with pytest.raises(BenchmarkError, match="no labelled case of 2 boxes or fewer in train or"):
-        drawn_cases(benchmark, 2, 9)
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(comparing, "MOST_ITEMS", 3)
+        assert drawn_cases(benchmark, 9)["layout"].tolist() == ["tower", "edge"]
 
 
 def test_cases_of_the_test_split_are_not_drawn(labelled):
     benchmark = load_benchmark(labelled)
-    held_out = benchmark.cases.assign(split="test")
-    with pytest.raises(BenchmarkError, match="no labelled case"):
-        drawn_cases(Benchmark(benchmark.layouts, held_out, benchmark.opinions, {}), 4, 9)
+    held_out = benchmark.cases.assign(split=["test", "train", "validation"])
+    drawn = drawn_cases(Benchmark(benchmark.layouts, held_out, benchmark.opinions, {}), 9)
+    assert set(drawn["layout"]) == {"row", "edge"}
 
 
 def test_the_set_drawn_has_the_labels_of_both_questions(labelled):
     whole = load_benchmark(labelled)
-    chosen = drawn_cases(whole, 4, 2)
+    chosen = drawn_cases(whole, 2)
     drawn = whole.drawn(chosen)
     assert drawn.select()["layout"].tolist() == chosen["layout"].tolist()
     for question in Question:
@@ -250,31 +252,19 @@ def test_the_set_drawn_has_the_labels_of_both_questions(labelled):
 
 
 def test_the_page_shows_what_was_found(result, assert_shown):
-    asked, _, found = result
+    _, found = result
     cheapest = [own.cheapest for own in found.tables.values()]
     assert [own.title for own in cheapest] == ["`scope=moving`"] * 2
     moved = MovedStep("a|b", "S1", 3, 0.5, 2, 0.75, 0.5)
     steps = dataclasses.replace(found.steps, exceptions=[moved])
     options = [(own.rows, own.rows, own.options) for own in found.tables.values()]
     assert_shown(
-        asked,
+        Scope(),
         dataclasses.replace(found, steps=steps),
         answer=[*(compact(own.cpu_total.value) for own in cheapest), "100.0"],
         tables=[*chain(*options), steps.first, steps.later, steps.exceptions],
         charts=["changed_verdicts"],
     )
-
-
-def test_options_are_sorted_by_question_after_the_whole_pile():
-    assert by_question((STANDING, MOVING, MOVING)) == {
-        Question.WITHIN: ("label@mujoco", MOVING),
-        Question.STANDS: (
-            "label@mujoco:question=stands",
-            str(make_method(STANDING).spec),
-        ),
-    }
-    with pytest.raises(BenchmarkError, match="sme is no simulation"):
-        by_question(("sme",))
 
 
 def test_sizes_make_groups_of_as_many_cases():
@@ -284,7 +274,7 @@ def test_sizes_make_groups_of_as_many_cases():
 
 
 def test_an_option_is_named_by_what_it_changes(result):
-    _, _, found = result
+    _, found = result
     row = found.tables[Question.STANDS].options[0]
     assert row.title == "`scope=moving`"
     whole = found.tables[Question.STANDS].whole.method

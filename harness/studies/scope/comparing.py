@@ -12,13 +12,11 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from steadyload.layouts.benchmark import Benchmark, BenchmarkError, load_benchmark
-from steadyload.layouts.benchmark.parts import Part
+from steadyload.layouts.benchmark import Benchmark, load_benchmark
+from steadyload.layouts.benchmark.parts import REAL, Part
 from steadyload.layouts.model.question import Question
 from steadyload.methods.contract.method import Status
 from steadyload.methods.naming import MethodKey
-from steadyload.methods.registry import make_method
-from steadyload.methods.simulation.simulation import Simulation
 from steadyload.reports.columns import column, compact, counts, factor, p_value, percent, row
 from steadyload.runs.comparison import Compared, compared, difference
 from steadyload.runs.costs import CPU, CostKind
@@ -31,30 +29,39 @@ from steadyload.statistics.metrics import median
 from steadyload.studies.kit import Lab
 from steadyload.studies.scope.balanced_steps import BalancedSteps, balanced_steps
 
-WHOLE: Mapping[Question, str] = {
-    Question.WITHIN: "label@mujoco",
-    Question.STANDS: "label@mujoco:question=stands",
-}
-"""By question, the simulation of the whole pile that all options are compared with."""
+MOST_ITEMS = 45
+"""Boxes that a case may have."""
 
-OPTIONS = (
-    "label@mujoco:scope=local",
-    "label@mujoco:scope=widening,rest_speed=0.01",
-    "label@mujoco:scope=moving",
-    "label@mujoco:shrink=0.1mm",
-    "label@mujoco:rest_speed=0.01",
-    "label@mujoco:scope=moving,rest_speed=0.01",
-    "label@mujoco:samples=3",
-    "label@mujoco:solver_iterations=5",
-    "label@mujoco:solver_iterations=20",
-    "label@mujoco:solver_iterations=75",
-    "label@bullet:scope=moving",
-    "label@mujoco:question=stands,scope=widening,rest_speed=0.01",
-    "label@mujoco:question=stands,scope=moving",
-    "label@mujoco:question=stands,rest_speed=0.01",
-    "label@mujoco:question=stands,scope=moving,rest_speed=0.01",
-)
-"""Options of the published page, of both questions."""
+CASES = 300
+"""Cases of each question, drawn evenly over sources."""
+
+SECONDS = 30.0
+"""CPU time that a verdict may take."""
+
+OPTIONS: Mapping[Question, tuple[str, ...]] = {
+    Question.WITHIN: (
+        "label@mujoco",
+        "label@mujoco:scope=local",
+        "label@mujoco:scope=widening,rest_speed=0.01",
+        "label@mujoco:scope=moving",
+        "label@mujoco:shrink=0.1mm",
+        "label@mujoco:rest_speed=0.01",
+        "label@mujoco:scope=moving,rest_speed=0.01",
+        "label@mujoco:samples=3",
+        "label@mujoco:solver_iterations=5",
+        "label@mujoco:solver_iterations=20",
+        "label@mujoco:solver_iterations=75",
+        "label@bullet:scope=moving",
+    ),
+    Question.STANDS: (
+        "label@mujoco:question=stands",
+        "label@mujoco:question=stands,scope=widening,rest_speed=0.01",
+        "label@mujoco:question=stands,scope=moving",
+        "label@mujoco:question=stands,rest_speed=0.01",
+        "label@mujoco:question=stands,scope=moving,rest_speed=0.01",
+    ),
+}
+"""By question, the simulation of the whole pile, and the options that are compared with it."""
 
 KEPT = 0.99
 """Share of the verdicts of the whole pile that nearly all are."""
@@ -162,47 +169,40 @@ class Found:
     costs: str
     made_with: Mapping[str, str]
     kept: float = KEPT
+    most_items: int = MOST_ITEMS
+    seconds: float = SECONDS
 
 
-def compare_options(
-    lab: Lab,
-    *,
-    benchmark: str,
-    most_items: int,
-    cases: int,
-    standing_cases: int,
-    seconds: float,
-    methods: Sequence[str],
-) -> Found:
-    """Judge cases by the options of the study, as far as that is missing, and compare them.
+def compare_options(lab: Lab, limit: int | None = None) -> Found:
+    """Judge cases by all options, as far as that is missing, and compare them.
 
     Raises:
-        BenchmarkError: no such set, it has no case to be drawn, or an option is no simulation.
         ResultsError: the folder holds something else.
     """
-    labelled = load_benchmark(benchmark)
-    chosen = drawn_cases(labelled, most_items, cases)
+    labelled = load_benchmark(REAL)
+    cases = min(CASES, limit or CASES)
+    chosen = drawn_cases(labelled, cases)
     # Ranks of the cases drawn count within scenarios, and scenarios take turns.
-    standing = -(-standing_cases // chosen["scenario"].nunique())
+    standing = -(-cases // chosen["scenario"].nunique())
     found = {
         question: lab.judge(
             specs,
             Cases(labelled.drawn(chosen), limit=standing if question == Question.STANDS else None),
-            timeout=seconds,
+            timeout=SECONDS,
             folder=str(question),
             name=f"scope-{question}",
             shard_size=_SHARD,
             costs=CostKind.ONE_PROCESS,
         )
-        for question, specs in by_question(methods or OPTIONS).items()
+        for question, specs in OPTIONS.items()
     }
     return Found(
         tables={question: options_of(own, question) for question, own in found.items()},
         steps=balanced_steps(labelled),
         sources=dict(sorted(Counter(chosen["source"]).items())),
         boxes=(int(chosen["item_count"].min()), int(chosen["item_count"].max())),
-        label=str(labelled.manifest.get("label", "")),
-        screen=str(labelled.manifest.get("screen", "")),
+        label=str(labelled.manifest["label"]),
+        screen=str(labelled.manifest["screen"]),
         costs=next(iter(found.values())).cost_source.explained(),
         made_with=_made_with({question: own.judged for question, own in found.items()}),
     )
@@ -222,48 +222,20 @@ def _made_with(runs: Mapping[Question, JudgedCases]) -> dict[str, str]:
     return lines | provenance_lines(next(iter(runs.values())).manifest)
 
 
-def by_question(options: Sequence[str]) -> dict[Question, tuple[str, ...]]:
-    """Canonical specs by their question, that of the whole pile first.
-
-    Raises:
-        BenchmarkError: an option is no simulation.
-    """
-    found: dict[Question, list[str]] = {}
-    for spec in options:
-        method = make_method(spec)
-        if not isinstance(method, Simulation):
-            raise BenchmarkError(f"{spec} is no simulation; allowed: such as {OPTIONS[0]}")
-        found.setdefault(method.parameters.question, []).append(str(method.spec))
-    whole = {question: str(make_method(spec).spec) for question, spec in WHOLE.items()}
-    return {
-        question: tuple(dict.fromkeys([spec, *found[question]]))
-        for question, spec in whole.items()
-        if question in found
-    }
-
-
-def drawn_cases(benchmark: Benchmark, most_items: int, count: int) -> pd.DataFrame:
+def drawn_cases(benchmark: Benchmark, count: int) -> pd.DataFrame:
     """Labelled cases of train and validation, drawn in turns over sources and scenarios by rank.
 
     Args:
         benchmark: the labelled set.
-        most_items: boxes that a case may have.
         count: of cases; fewer where there are not so many.
 
     Returns:
         Rows of the table of cases in the order drawn, with the column ``source``: the first of
         those that gave the layout.
-
-    Raises:
-        BenchmarkError: there is no such case.
     """
     cases = benchmark.cases
-    allowed = cases["split"].isin(_PARTS) & (cases["item_count"] <= most_items)
+    allowed = cases["split"].isin(_PARTS) & (cases["item_count"] <= MOST_ITEMS)
     cases = cases[allowed & (cases["status"] == "done")]
-    if cases.empty:
-        raise BenchmarkError(
-            f"the set has no labelled case of {most_items} boxes or fewer in {' or '.join(_PARTS)}"
-        )
     first = benchmark.layouts["sources"].map(lambda names: str(names[0]))
     cases = cases.assign(source=first.loc[cases["layout"]].to_numpy())
     cases = cases.sort_values(["rank", "split", "layout"], kind="stable")
