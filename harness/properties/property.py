@@ -144,7 +144,7 @@ class Property:
         check: tests a method on a case.
         applies: true if the property is tested on a method, by what that declares.
         version: raised by hand when it asks something else; stored results are stale then.
-        share: of the cases of a profile; less than 1 where a case takes many simulations.
+        share: of the cases of others; less than 1 where a case takes many simulations.
     """
 
     name: str

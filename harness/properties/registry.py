@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
-from steadyload.errors import nearest
 from steadyload.properties import (
-    PropertyError,
     bearing,
     consistency,
     road,
@@ -27,18 +25,6 @@ KINDS: dict[str, tuple[Property, ...]] = {
 """Properties by what they are about."""
 
 PROPERTIES: dict[str, Property] = {p.name: p for group in KINDS.values() for p in group}
-
-
-def chosen(names: Sequence[str] | None) -> list[Property]:
-    """Properties by name; all of them for None.
-
-    Raises:
-        PropertyError: no property of that name.
-    """
-    for name in names or ():
-        if name not in PROPERTIES:
-            raise PropertyError(f"unknown property {name!r}; {nearest(name, PROPERTIES)}")
-    return [p for name, p in PROPERTIES.items() if names is None or name in names]
 
 
 def by_kind(names: Iterable[str]) -> dict[str, tuple[str, ...]]:

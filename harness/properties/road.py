@@ -29,7 +29,7 @@ _LEAST = 0.25
 """Smallest limit that is asked about [g]: a clear share of it is more than boxes creep by."""
 
 _SHARE = 0.1
-"""Share of the cases of a profile: a limit is bisected, by dozens of simulations a case."""
+"""Share of the cases of other properties: a limit is bisected, by dozens of simulations a case."""
 
 _DIRECTION = "direction [degrees]"
 

@@ -16,9 +16,6 @@ from steadyload.properties.property import Case, LayoutRefused, MethodUnderTest,
 VERSION = 2
 """Of cases and how the smallest one is found: raised when others would be."""
 
-PROFILES = {"quick": 20, "ci": 100, "deep": 1000}
-"""Examples a property and method, by profile."""
-
 
 @dataclass(frozen=True, slots=True)
 class Counterexample:

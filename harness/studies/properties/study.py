@@ -7,12 +7,10 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from steadyload.studies.kit import Lab, PublishedPage, Study, methods_option, option
+from steadyload.studies.kit import Lab, Study, methods_option, option
 
 if TYPE_CHECKING:
     from steadyload.studies.properties.outcomes import Found
-
-PROFILES = ("quick", "ci", "deep")
 
 
 class Properties(Study["Found"]):
@@ -21,28 +19,16 @@ class Properties(Study["Found"]):
     question = "Does every method satisfy the physical laws that it must?"
     about = "property tests of methods and engines, on layouts drawn at random"
     workers = 0
-    pages = (PublishedPage("properties", "--profile deep --seed 1"),)
 
-    engines: tuple[str, ...] = option(
-        (), "only the label's way on this engine; may be repeated", names=("--engine",),
-        metavar="NAME",
-    )  # fmt: skip
     methods: tuple[str, ...] = methods_option(
         "only this method, for example ps3@mujoco; may be repeated "
         "(default: static methods, the label's way and the tuned preset on all engines that are "
         "compared here, learned methods and cascades)"
     )
-    properties: tuple[str, ...] = option(
-        (), "only this; may be repeated", names=("--property",), metavar="NAME"
-    )
-    profile: str = option(
-        "quick",
-        "cases a property and method: quick 20, ci 100, deep 1000; a tenth of that for loads on "
-        "the road (default: quick)",
-        choices=PROFILES,
+    limit: int | None = option(
+        None, "cases a property and method; a tenth of that for loads on the road (default: 1000)",
+        least=1, metavar="N",
     )  # fmt: skip
-    examples: int | None = option(None, "so many cases, whatever the profile", least=1)
-    seed: int = option(0, "of the cases (default: 0)", least=0)
 
     def run(self, lab: Lab) -> Found:
         """Missing pairs of properties and methods are tested."""
@@ -52,9 +38,9 @@ class Properties(Study["Found"]):
             raise PropertyError(
                 "property tests need hypothesis: pip install 'steadyload[properties]'"
             )
-        from steadyload.studies.properties.testing import run_properties
+        from steadyload.studies.properties.testing import EXAMPLES, run_properties
 
-        return run_properties(lab, **vars(self))
+        return run_properties(lab, self.methods, self.limit or EXAMPLES)
 
     def beside(self, found: Found, folder: Path) -> None:
         """Counterexamples, as layout files."""

@@ -10,15 +10,14 @@ import dataclasses
 import json
 import re
 import zlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from importlib import metadata, resources
 from pathlib import Path
 
 import numpy as np
 
 from steadyload.atomic import not_a_link, without_link
-from steadyload.engines.registry import engines, engines_here, package_versions
-from steadyload.errors import nearest
+from steadyload.engines.registry import engines_here, package_versions
 from steadyload.layouts.files.record import Record, to_layout
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.readers import read_json
@@ -26,12 +25,10 @@ from steadyload.layouts.writers import as_native
 from steadyload.methods.envelope import ENVELOPES
 from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.tuned import TUNED, tuned
-from steadyload.properties import PropertyError
 from steadyload.properties.findings import finding
 from steadyload.properties.property import Case, MethodUnderTest, Property
-from steadyload.properties.registry import PROPERTIES, by_kind, chosen
+from steadyload.properties.registry import PROPERTIES, by_kind
 from steadyload.properties.search import (
-    PROFILES,
     VERSION,
     Counterexample,
     Frequency,
@@ -54,6 +51,9 @@ from steadyload.studies.properties.outcomes import (
     SmallestCase,
     Standing,
 )
+
+EXAMPLES, SEED = 1000, 1
+"""Cases of a property and method, and the seed by which they are drawn."""
 
 STATIC_METHODS = (
     "fbs",
@@ -88,23 +88,12 @@ class PropertyUnit(SinglePart, Keyed):
         return f"{self.property!r} of {self.method}"
 
 
-def methods_on(names: Sequence[str] | None) -> list[str]:
+def usual_methods() -> list[str]:
     """The methods that are tested by default.
 
-    Args:
-        names: engines, on which the label's way is tested; None takes the static methods, the
-            label's way and the tuned preset on all engines that studies compare here, and the
-            methods that were fitted on labels.
-
-    Raises:
-        PropertyError: no engine of that name.
+    These are the static methods, the label's way and the tuned preset on all engines that studies
+    compare here, and the methods that were fitted on labels.
     """
-    known = engines()
-    for name in names or ():
-        if name not in known:
-            raise PropertyError(f"unknown engine {name!r}; {nearest(name, known)}")
-    if names is not None:
-        return [f"label@{name}" for name in names]
     return [
         *STATIC_METHODS,
         *(f"label@{name}" for name in engines_here()),
@@ -115,37 +104,33 @@ def methods_on(names: Sequence[str] | None) -> list[str]:
 
 def run_properties(
     lab: Lab,
-    *,
-    engines: Sequence[str],
     methods: Sequence[str],
-    properties: Sequence[str],
-    profile: str,
-    examples: int | None,
-    seed: int,
+    examples: int = EXAMPLES,
+    properties: Iterable[Property] = PROPERTIES.values(),
 ) -> Found:
-    """Test the missing pairs of properties and methods, by the options of the study.
+    """Test the missing pairs of properties and methods.
 
     A method with two spellings is tested once.
 
+    Args:
+        lab: where it runs.
+        methods: specs; empty for the usual ones.
+        examples: cases of a property and method, at most.
+        properties: that are tested.
+
     Raises:
         SpecError: no such method.
-        PropertyError: no such property or engine, or no property applies to any of the methods.
         EngineNotInstalledError: a method's engine is missing.
         ResultsError: another run is at work in the folder.
         WorkerDiedError: see :func:`steadyload.runs.pool.run_units`.
     """
-    specs = list(dict.fromkeys(methods))
-    if engines or not specs:
-        specs += methods_on(engines or None)
-    tested = chosen(properties or None)
-    most = {each.name: examples or _cases(each, profile) for each in tested}
+    tested = list(properties)
+    most = {each.name: max(1, round(each.share * examples)) for each in tested}
+    specs = methods or usual_methods()
     subjects = list({s.spec: s for s in map(MethodUnderTest, specs)}.values())
     for subject in subjects:
         subject.method.prepare()
-    units = [unit for subject in subjects for unit in units_of(subject, tested, most, seed)]
-    if not units:
-        asked_about = ", ".join(repr(each.name) for each in tested)
-        raise PropertyError(f"{asked_about}: asked of none of {', '.join(specs)}")
+    units = [unit for subject in subjects for unit in units_of(subject, tested, most, SEED)]
     with locked(lab.work):
         store = Store(lab.work / "results", OUTCOMES)
         store.complete(
@@ -167,15 +152,11 @@ def run_properties(
             for kind, of_kind in by_kind(each.name for each in tested).items()
         },
         made_with={
-            "examples": f"up to {max(most.values())} a property and method, seed {seed}",
+            "examples": f"up to {max(most.values())} a property and method, seed {SEED}",
             **provenance_lines(),
             "hypothesis": metadata.version("hypothesis"),
         },
     )
-
-
-def _cases(asked_about: Property, profile: str) -> int:
-    return max(1, round(asked_about.share * PROFILES[profile]))
 
 
 def _tested(method: MethodKey, rows: Sequence[PropertyRow]) -> MethodTested:
