@@ -28,7 +28,7 @@ from steadyload.methods.rules.base_support import FullBaseSupport
 ON_EDGE = "ps_opt@physx"
 """A method of single precision, some of whose verdicts turn."""
 
-FIRST, STATIC = 3, 100
+FIRST, STATIC = 2, 60
 """Of cases of a simulation and of a rule the quick test judges so many, and the deep one all; every
 rule has more cases than the second, and every simulation fewer."""
 

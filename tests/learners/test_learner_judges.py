@@ -48,7 +48,7 @@ ROOT = Path(__file__).parents[2]
 def weights(tmp_path_factory):
     """Three members on some cases."""
     options = TrainingOptions(hidden=12, epochs=3, batch=16, learning_rate=1e-2)
-    job = TrainingJob(options, members=3, left_out=0.2, limit=60)
+    job = TrainingJob(options, members=3, left_out=0.2, limit=40)
     return train_weights(job, tmp_path_factory.mktemp("training"))
 
 
@@ -350,7 +350,7 @@ def test_the_manifest_says_what_the_weights_are(weights):
     manifest = load_weights(weights).manifest
     assert manifest["command"].startswith("steadyload train --preset quick --option features=")
     assert list(manifest["ranges"]) == list(quantities_of(FeatureKind.SUPPORT))
-    assert manifest["data"][0]["cases"] == manifest["cases"] == 180
+    assert manifest["data"][0]["cases"] == manifest["cases"] == 120
     assert {"git", "versions", "training", "torch"} <= set(manifest["made_by"])
     assert set(manifest["validation"]["mean"]) == {"all", "S1", "S2a", "S2b"}
     left_out = [tuple(member["left_out"]) for member in manifest["members"]]

@@ -9,7 +9,7 @@ from steadyload.properties.registry import PROPERTIES
 from steadyload.properties.search import search
 from steadyload.studies.properties.testing import usual_methods
 
-FEWEST = 6
+FEWEST = 4
 """Examples of every pair where it must be quick."""
 EXAMPLES = 20
 TESTED = {spec: MethodUnderTest(spec) for spec in usual_methods()}

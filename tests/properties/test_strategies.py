@@ -19,7 +19,7 @@ from steadyload.properties.search import search
 from steadyload.properties.transforms import brought_within, mirrored, quarter_turned, translated
 from steadyload.transport.limits import limits
 
-FEW = settings(max_examples=60, derandomize=True)
+FEW = settings(max_examples=25, derandomize=True)
 
 
 def smallest(strategy, condition):

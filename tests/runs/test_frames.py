@@ -107,7 +107,7 @@ SHARES = {
 }  # fmt: skip
 
 
-@settings(max_examples=15)
+@settings(max_examples=5)
 @given(runs())
 def test_shares_are_those_of_the_table_of_methods(judged):
     frame, table = frames.grouped(frames.verdicts(judged)), evaluate(judged)
@@ -126,7 +126,7 @@ def test_shares_are_those_of_the_table_of_methods(judged):
                 same(natural[at] if not math.isnan(natural[at].value) else None, row.natural)
 
 
-@settings(max_examples=15)
+@settings(max_examples=5)
 @given(runs())
 def test_tests_are_those_of_the_comparison(judged):
     table, frame = evaluate(judged), frames.comparable(frames.verdicts(judged))
@@ -154,7 +154,7 @@ def test_tests_are_those_of_the_comparison(judged):
     assert (shown.min(), shown.max()) == pytest.approx(alike.shown) if alike.shown else shown.empty
 
 
-@settings(max_examples=15)
+@settings(max_examples=5)
 @given(runs(), st.integers(0, 2**32 - 1))
 def test_methods_are_compared_on_the_cases_that_both_have(judged, seed):
     frame = frames.verdicts(judged)
