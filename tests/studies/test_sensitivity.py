@@ -1,8 +1,6 @@
 """The study of rules: labels, accuracies and fates are those that are worked out by hand."""
 
-import dataclasses
 import math
-from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -12,17 +10,27 @@ from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.model.question import Question
 from steadyload.methods.registry import make_method
 from steadyload.methods.simulation.criteria import Criterion
-from steadyload.runs.comparison import Compared
+from steadyload.runs import frames as v
 from steadyload.runs.failure_rules import LIMITS, RULES, TIMES, USUAL, Rule
 from steadyload.statistics.estimate import Estimate
 from steadyload.studies.kit import Lab
 from steadyload.studies.sensitivity import ranking
-from steadyload.studies.sensitivity.ranking import CLAIMS, METHODS, Fate, Knowledge, Rankings, claim
+from steadyload.studies.sensitivity.ranking import (
+    CLAIMS,
+    KNOWLEDGE,
+    METHODS,
+    OPEN,
+    OWN,
+    SURVIVES,
+    TOLD,
+    TURNS,
+    claim,
+)
 from steadyload.studies.sensitivity.study import Sensitivity
 
 SIMULATION, RULE = "ps_opt@mujoco", "sme"
 FEW = 2
-STUDY = Sensitivity(methods=(RULE, SIMULATION), limit=FEW)
+STUDY = Sensitivity(limit=FEW)
 
 
 def named(name):
@@ -34,12 +42,13 @@ FEW_RULES = (USUAL, *map(named, ("0.15 s", "5 degrees", "centre, any time")))
 
 
 @pytest.fixture(scope="module")
-def found(tmp_path_factory) -> Rankings:
+def found(tmp_path_factory):
     """Under four of the rules, of both kinds; what the reference judges is most of the time."""
     some = {kind: [rule for rule in own if rule in FEW_RULES] for kind, own in KINDS.items()}
     with pytest.MonkeyPatch.context() as patch:
-        for name, own in {"RULES": FEW_RULES, **some}.items():
-            patch.setattr(ranking, name, tuple(own))
+        methods = {"METHODS": (RULE, SIMULATION), "CLAIMS": CLAIMS[:1], "DIRECTORY": ""}
+        for name, own in {"RULES": FEW_RULES, **some, **methods}.items():
+            patch.setattr(ranking, name, tuple(own) if isinstance(own, list) else own)
         return STUDY.run(Lab(tmp_path_factory.mktemp("sensitivity"), workers=0))
 
 
@@ -121,62 +130,74 @@ def test_accuracies_are_counted_against_the_reference_under_the_same_rule(found)
         rule = named(name)
         labels = steps(rule.label)
         for knowledge, spec in (
-            (Knowledge.NONE, SIMULATION),
-            (Knowledge.TOLD, rule.given_to(SIMULATION)),
+            (OWN, SIMULATION),
+            (TOLD, rule.given_to(SIMULATION)),
         ):
             right = sum(a == b for a, b in zip(steps(spec), labels, strict=True))
-            [place] = [
-                place
-                for place in found.places
-                if (place.method.spec, place.rule, place.knowledge)
-                == (SIMULATION, rule.short, knowledge)
-            ]
-            assert place.accuracy.value == pytest.approx(right / len(layouts))
-            assert place.accuracy.n == len(layouts)
-        [under] = [one for one in found.rules if one.rule == rule.name]
-        assert under.stable == pytest.approx(labels.count(None) / len(layouts))
+            shown = accuracies(found, knowledge)[rule.short, SIMULATION]
+            assert shown.value == pytest.approx(right / len(layouts))
+            assert shown.n == len(layouts)
+        under = found.rules.set_index("rule").loc[rule.name]
+        assert under["rule_stable"] == pytest.approx(labels.count(None) / len(layouts))
         usual = [None if pd.isna(x) else x for x in chosen["failing_step"]]
         changed = sum(a != b for a, b in zip(labels, usual, strict=True))
-        assert under.changed == pytest.approx(changed / len(layouts))
+        assert under["changed"] == pytest.approx(changed / len(layouts))
 
 
 def test_the_rules_part_on_these_cases(found):
     """Else the test before could not fail."""
-    assert any(under.changed for under in found.rules)
-    assert len({p.accuracy.value for p in found.places if p.method.spec == SIMULATION}) > 1
+    assert found.rules["changed"].any()
+    shown = [one.value for (_, spec), one in accuracies(found, OWN).items() if spec == SIMULATION]
+    assert len(set(shown)) > 1
 
 
 def test_methods_that_do_not_differ_significantly_share_ranks(found):
-    for first, second in zip(found.places[::2], found.places[1::2], strict=True):
-        assert (first.rule, first.by, first.knowledge) == (second.rule, second.by, second.knowledge)
-        ranks = sorted((first.ranks, second.ranks))
-        assert ranks in ([(1, 2), (1, 2)], [(1, 1), (2, 2)])
-        if first.accuracy.value == second.accuracy.value:
-            assert ranks == [(1, 2), (1, 2)]
-        if ranks == [(1, 1), (2, 2)]:
-            assert (first.accuracy.value > second.accuracy.value) == (first.ranks == (1, 1))
+    for knowledge in KNOWLEDGE:
+        right = accuracies(found, knowledge)
+        of = found.accuracies[knowledge]
+        ranks = pd.concat([of["rank_time"], of["rank_limit"].drop(columns="title")], axis=1)
+        ranks = ranks.loc[:, ~ranks.columns.duplicated()].drop(columns="title")
+        for column, (rule, simulation) in ranks.loc[[RULE, SIMULATION]].items():
+            short = column.partition(":")[2]
+            both = [right[short, spec].value for spec in (RULE, SIMULATION)]
+            assert (rule, simulation) in [("1 to 2", "1 to 2"), ("1", "2"), ("2", "1")]
+            if both[0] == both[1]:
+                assert rule == simulation == "1 to 2"
+            if rule != simulation:
+                assert (both[0] > both[1]) == (rule == "1")
+
+
+def accuracies(found, knowledge):
+    """By short name of the rule and method."""
+    own = found.accuracies[knowledge]
+    return {
+        (column.partition(":")[2], spec): one
+        for kind in ("right_time", "right_limit")
+        for column in own[kind].columns[1:]
+        for spec, one in own[kind][column].items()
+    }
 
 
 def test_ranks_count_the_methods_that_are_significantly_better_and_worse():
     """Of four methods on 400 cases apart: 90 %, 89.8 %, 60 % and 30 % right."""
     shares = {"a": 0.9, "b": 0.898, "c": 0.6, "d": 0.3}
-    right = {name: np.arange(400) < round(400 * share) for name, share in shares.items()}
-    judged = SimpleNamespace(keys={name: name for name in right})
-    rule = SimpleNamespace(short="rule", given_to=lambda spec: spec)
-    places = ranking._places(
-        Compared(right, np.arange(400)), judged, list(right), rule, "by time", Knowledge.NONE
-    )
-    assert [str(place.ranks) for place in places] == ["1 to 2", "1 to 2", "3", "4"]
+    frame = pd.concat(
+        pd.DataFrame({"layout": case, "scenario": "S1", "cluster": case, "method": name,
+                      "right": case < round(400 * share)})
+        for case in [np.arange(400)] for name, share in shares.items()
+    )  # fmt: skip
+    tests = pd.concat({"rule": v.both_ways(v.pairs(frame))}, names=["rule"])
+    assert dict(ranking._ranks(tests).droplevel("rule")) == {
+        "a": "1 to 2", "b": "1 to 2", "c": "3", "d": "4",
+    }  # fmt: skip
 
 
 def test_the_page_shows_what_was_found(found, assert_shown):
-    assert [one.rule for one in found.rules] == [rule.name for rule in FEW_RULES]
-    both, _ = found.survivors
+    assert list(found.rules["rule"]) == [rule.name for rule in FEW_RULES]
     assert_shown(
         STUDY,
         found,
-        answer=[len(found.informed), len(both), len(found.rules), *found.open],
-        tables=[found.claims, found.rules, *(4 * [*found.accuracies.values()])],
+        answer=[found.conclusions, found.hold, found.hold_told, len(found.rules), *found.open],
         charts=["accuracies"],
     )
 
@@ -184,12 +205,12 @@ def test_the_page_shows_what_was_found(found, assert_shown):
 # --- fates ----------------------------------------------------------------------------------------
 
 
-def claimed(text, knowledge, *intervals):
+def claimed(*intervals):
     differences = {
         rule.short: Estimate(0.5 * (low + high), low, high, 9)
         for rule, (low, high) in zip(RULES, intervals, strict=False)
     }
-    return claim(text, knowledge, differences, 90)
+    return claim("A.", TOLD, pd.Series(differences, dtype=object), 90)
 
 
 ABOVE, BELOW, ACROSS = (0.1, 0.2), (-0.2, -0.1), (-0.1, 0.1)
@@ -198,41 +219,52 @@ ABOVE, BELOW, ACROSS = (0.1, 0.2), (-0.2, -0.1), (-0.1, 0.1)
 @pytest.mark.parametrize(
     ("intervals", "fate"),
     [
-        ((ABOVE, ABOVE), Fate.SURVIVES),
-        ((ABOVE, ACROSS), Fate.OPEN),
-        ((ABOVE, BELOW), Fate.TURNS),
-        ((ACROSS, BELOW), Fate.TURNS),
-        ((ABOVE, (math.nan, math.nan)), Fate.OPEN),
+        ((ABOVE, ABOVE), SURVIVES),
+        ((ABOVE, ACROSS), OPEN),
+        ((ABOVE, BELOW), TURNS),
+        ((ACROSS, BELOW), TURNS),
+        ((ABOVE, (math.nan, math.nan)), OPEN),
     ],
 )
 def test_a_conclusion_survives_where_no_interval_reaches_zero(intervals, fate):
-    assert claimed("A.", Knowledge.TOLD, *intervals).fate is fate
+    assert claimed(*intervals)["fate"] == fate
 
 
 def test_a_conclusion_has_the_least_difference_that_its_cases_show():
     """Of the widest interval: a difference that is found significant in four of five sets."""
     error, z, power = 0.1 / 1.959964, 1.959964, 0.841621
     expected = error * (z / math.sqrt(1.0 - z * z / 90) + power)
-    assert claimed("A.", Knowledge.TOLD, ABOVE, ACROSS).shown == pytest.approx(expected, rel=1e-5)
+    assert claimed(ABOVE, ACROSS)["shown"] == pytest.approx(expected, rel=1e-5)
 
 
-def test_conclusions_are_counted_by_their_fates(found):
-    told, standing = Knowledge.TOLD, Knowledge.NONE
-    claims = [
-        claimed("A is better.", told, ABOVE, ABOVE),
-        claimed("A is better.", standing, ABOVE, ABOVE),
-        claimed("B is better.", told, ABOVE, ABOVE),
-        claimed("B is better.", standing, ABOVE, BELOW),
-        claimed("C is better.", told, BELOW, ABOVE),
-        claimed("C is better.", standing, ACROSS, ABOVE),
-    ]
-    own = dataclasses.replace(found, claims=claims)
-    a_told, a, b_told, b, c_told, c = claims
-    assert (own.informed, own.standing) == ([a_told, b_told, c_told], [a, b, c])
-    assert own.survivors == ([a_told], [b_told])
-    assert (own.open, b.turned, c_told.turned) == ((1, 0), [RULES[1].short], [RULES[0].short])
-    more = [claimed("D is better.", of, ACROSS, ABOVE) for of in (told, standing)]
-    assert dataclasses.replace(found, claims=[*claims, *more]).open == (2, 1)
+def test_conclusions_are_counted_by_their_fates():
+    """Three of them, by the differences of three methods under two rules."""
+
+    def frame(shares):
+        return pd.concat(
+            pd.DataFrame({"layout": case, "scenario": "S1", "cluster": case, "method": name,
+                          "right": case < share})
+            for case in [np.arange(100)] for name, share in shares.items()
+        )  # fmt: skip
+
+    by_rule = {
+        (OWN, "0.15 s"): {"x": 90, "y": 50, "z": 50}, (OWN, "3 s"): {"x": 90, "y": 50, "z": 90},
+        (TOLD, "0.15 s"): {"x": 90, "y": 50, "z": 10}, (TOLD, "3 s"): {"x": 90, "y": 50, "z": 20},
+    }  # fmt: skip
+    tests = pd.concat(
+        {of: v.both_ways(v.pairs(frame(shares))) for of, shares in by_rule.items()},
+        names=["knowledge", "rule"],
+    )
+    asked = (("A.", "x", "y"), ("B.", "y", "z"), ("C.", "z", "x"))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(ranking, "CLAIMS", asked)
+        claims = ranking._claims(tests, 100)
+    assert list(zip(claims["claim"], claims["knowledge"], claims["fate"], strict=True)) == [
+        ("A.", OWN, SURVIVES), ("A.", TOLD, SURVIVES), ("B.", TOLD, SURVIVES),
+        ("B.", OWN, TURNS), ("C.", OWN, TURNS), ("C.", TOLD, TURNS),
+    ]  # fmt: skip
+    assert list(claims["turned"])[3:] == ["3 s", "0.15 s", "0.15 s, 3 s"]
+    assert list(claims["holds"])[-1] == "0 of 2"
 
 
 def test_a_rule_of_ones_own_is_told_like_any_other():

@@ -4,28 +4,23 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from steadyload.studies.kit import Lab, PublishedPage, Study, methods_option, option, set_option
+from steadyload.studies.kit import Lab, Study, option
 
 if TYPE_CHECKING:
-    from steadyload.studies.sensitivity.ranking import Rankings
+    from steadyload.studies.sensitivity.ranking import Found
 
 
-class Sensitivity(Study["Rankings"]):
+class Sensitivity(Study["Found"]):
     """Accuracy and rank of methods by the rule that labels are made by."""
 
     question = "Which conclusions survive another time, threshold or point that is measured?"
     about = "accuracy and rank of every method over the rule by which a loading fails"
     workers = 0
-    pages = (PublishedPage("sensitivity", "--directory lists --limit 100"),)
 
-    methods: tuple[str, ...] = methods_option(
-        "may be repeated (default: the paper's methods, and the best of ours)"
-    )
-    limit: int = option(50, "cases a scenario, those of the first ranks (default: 50)", least=2)
-    directory: str = set_option()
+    limit: int | None = option(None, "only the first N cases a scenario (default: 100)", least=2)
 
-    def run(self, lab: Lab) -> Rankings:
+    def run(self, lab: Lab) -> Found:
         """Accuracy of methods by every rule, with their own parameters and with the rule's."""
-        from steadyload.studies.sensitivity.ranking import ranked
+        from steadyload.studies.sensitivity.ranking import compare
 
-        return ranked(lab, self.methods, self.limit, self.directory)
+        return compare(lab, self.limit)
