@@ -3,6 +3,7 @@
 import dataclasses
 import re
 import shutil
+from contextlib import nullcontext
 from pathlib import Path
 
 import pandas as pd
@@ -57,14 +58,22 @@ def changed(rows, folder, change):
     return folder
 
 
-def study(rows, **more):
-    """Of the methods of some rows, unless others are named."""
-    return Determinism(**{"rows": str(rows), "labels": 0, "methods": METHODS, **more})
+@pytest.fixture
+def again(rows, monkeypatch):
+    """Results of judging rows again: of three methods, and with no more than two labels."""
+
+    def judged(work, folder=rows, **values):
+        known = {"CASES": CASES, "MADE_AGAIN": 2, "usual_methods": lambda: METHODS}
+        for name, value in {**known, **values}.items():
+            monkeypatch.setattr(comparing, name, value)
+        monkeypatch.setattr(comparing, "_folder", lambda: nullcontext(folder))
+        return Determinism().run(Lab(work, workers=0))
+
+    return judged
 
 
-def test_rows_that_nobody_changed_are_equal(rows, tmp_path, assert_shown):
-    asked = study(rows, labels=CASES)
-    found = asked.run(Lab(tmp_path, workers=0))
+def test_rows_that_nobody_changed_are_equal(rows, again, tmp_path, assert_shown):
+    found = again(tmp_path, MADE_AGAIN=CASES)
     assert (found.cases, found.of, found.number, found.every.n) == (CASES, CASES, 0, 3 * CASES)
     assert found.then == found.now == load_manifest(rows)["machine"]
     assert found.packages == {}
@@ -89,7 +98,7 @@ def test_rows_that_nobody_changed_are_equal(rows, tmp_path, assert_shown):
         assert (one.method, one.label) == ("label @ reference", one.then)
     tables = [found.methods, [found.labels], found.differences]
     text = assert_shown(
-        asked, found, answer=(3 * CASES, CASES, 3), tables=tables, charts=["differing"]
+        Determinism(), found, answer=(3 * CASES, CASES, 3), tables=tables, charts=["differing"]
     )
     assert "drawn at random" in text
 
@@ -108,7 +117,7 @@ def _told(step):
     ],
 )
 def test_a_verdict_that_was_changed_is_named(
-    rows, tmp_path, method, is_stable, planted, told, assert_shown
+    rows, again, tmp_path, method, is_stable, planted, told, assert_shown
 ):
     first = load_results(rows)
     first = first[(first["method"] == method) & (first["failing_step"].isna() == is_stable)]
@@ -118,21 +127,24 @@ def test_a_verdict_that_was_changed_is_named(
         if (one["method"], one["layout"], one["scenario"]) == (method, name, scenario):
             one.update(planted)
 
-    asked = study(changed(rows, tmp_path / "rows", plant))
-    found = asked.run(Lab(tmp_path / "work", workers=0))
+    found = again(tmp_path / "work", changed(rows, tmp_path / "rows", plant))
     assert found.number == 1
     assert [own.method.spec for own in found.methods if own.differ] == [method]
     assert found.every.value == pytest.approx(1 / (3 * CASES))
-    (one,) = found.differences
+    (one,) = (own for own in found.differences if own.method != found.labels.method.title)
     assert (one.layout, one.scenario, one.then, one.now) == (name, scenario, told, _told(before))
     assert one.label == _told(load_labels(rows)["failing_step"][name, scenario])
     assert_shown(
-        asked, found, answer=(1,), tables=[found.methods, found.differences], charts=["differing"]
+        Determinism(),
+        found,
+        answer=(1,),
+        tables=[found.methods, [found.labels], found.differences],
+        charts=["differing"],
     )
 
 
 @pytest.mark.parametrize("what", ["displacement", "rotation"])
-def test_numbers_of_equal_verdicts_are_compared_to_the_last_bit(rows, tmp_path, what):
+def test_numbers_of_equal_verdicts_are_compared_to_the_last_bit(rows, again, tmp_path, what):
     done = []
 
     def plant(one):
@@ -140,7 +152,7 @@ def test_numbers_of_equal_verdicts_are_compared_to_the_last_bit(rows, tmp_path, 
             one[what] += 0.25
             done.append(one)
 
-    found = study(changed(rows, tmp_path / "rows", plant)).run(Lab(tmp_path / "work", workers=0))
+    found = again(tmp_path / "work", changed(rows, tmp_path / "rows", plant))
     balance = found.methods[-1]
     assert (found.number, len(done)) == (0, 1)
     assert balance.equal.value == pytest.approx((balance.numbers - 1) / balance.numbers)
@@ -148,9 +160,9 @@ def test_numbers_of_equal_verdicts_are_compared_to_the_last_bit(rows, tmp_path, 
     assert (balance.apart_cm, balance.apart_deg) == pytest.approx(apart)
 
 
-def test_cases_are_drawn_by_the_seed_and_labels_of_the_same_ones(rows, tmp_path):
+def test_cases_are_drawn_by_the_seed_and_labels_of_the_same_ones(again, tmp_path):
     def drawn(folder, seed):
-        found = study(rows, cases=5, labels=2, seed=seed).run(Lab(tmp_path / folder, workers=0))
+        found = again(tmp_path / folder, CASES=5, _SEED=seed)
         assert (found.cases, found.of, found.labels.n, found.every.n) == (5, CASES, 2, 15)
         cases, labels = (
             set(map(tuple, load_results(tmp_path / folder / run)[KEYS].to_numpy()))
@@ -163,50 +175,36 @@ def test_cases_are_drawn_by_the_seed_and_labels_of_the_same_ones(rows, tmp_path)
     assert drawn("one", 1) == drawn("again", 1) != drawn("other", 2)
 
 
-def test_a_folder_has_verdicts_of_one_machine(rows, tmp_path, monkeypatch):
-    found = study(rows, cases=3).run(Lab(tmp_path, workers=0))
+def test_a_folder_has_verdicts_of_one_machine(again, tmp_path, monkeypatch):
+    found = again(tmp_path, CASES=3)
     monkeypatch.setattr(comparing, "provenance", lambda: {"machine": "another"})
-    again = study(rows, cases=3).run(Lab(tmp_path, workers=0))
-    assert again == found
+    assert again(tmp_path, CASES=3) == found
     with pytest.raises(NotKeptError, match=r"and this is another: name .* --work"):
-        study(rows, cases=4).run(Lab(tmp_path, workers=0))
+        again(tmp_path, CASES=4)
 
 
-def test_what_is_there_is_not_judged_again(rows, tmp_path):
-    found = study(rows, methods=("sme",), labels=1).run(Lab(tmp_path, workers=0))
+def test_what_is_there_is_not_judged_again(again, tmp_path):
+    found = again(tmp_path, CASES=3)
     with kept_only("nothing"):
-        assert study(rows, methods=("sme",), labels=1).run(Lab(tmp_path, workers=0)) == found
+        assert again(tmp_path, CASES=3) == found
 
 
 @pytest.mark.parametrize(
-    ("change", "more", "said"),
+    ("change", "said"),
     [
-        ({"parameters": "{}"}, {}, r"parameters of the rows is \{\}, here"),
-        ({"layout_hash": "0"}, {}, "layout_hash of the rows is 0, here"),
-        ({}, {"methods": ("pbs0.7",)}, "unknown method of the rows 'pbs0.7'"),
+        ({"parameters": "{}"}, r"parameters of the rows is \{\}, here"),
+        ({"layout_hash": "0"}, "layout_hash of the rows is 0, here"),
     ],
 )
-def test_rows_of_something_else_are_refused(rows, tmp_path, change, more, said):
+def test_rows_of_something_else_are_refused(rows, again, tmp_path, change, said):
     folder = changed(rows, tmp_path / "rows", lambda one: one.update(change))
     with pytest.raises(StudyError, match=said):
-        study(folder, **more).run(Lab(tmp_path / "work", workers=0))
+        again(tmp_path / "work", folder)
 
 
-def test_rows_without_labels_or_with_those_of_several_simulators_are_refused(tmp_path):
-    run_study(StudyDefinition("bare", ("sme",), generated=2), tmp_path / "bare")
-    with pytest.raises(StudyError, match="has no labels; allowed: a run on a labelled set"):
-        study(tmp_path / "bare").run(Lab(tmp_path / "work", workers=0))
-    real = dataclasses.replace(MINE, methods=("sme",), benchmark_directory="real", limit=2)
-    run_study(real, tmp_path / "real")
-    of_rules = study(tmp_path / "real", methods=("sme",))
-    assert of_rules.run(Lab(tmp_path / "work", workers=0)).number == 0
-    with pytest.raises(StudyError, match=r"use --labels 0, .* screen --again"):
-        dataclasses.replace(of_rules, labels=1).run(Lab(tmp_path / "work", workers=0))
-
-
-def test_without_the_packed_rows_a_folder_has_to_be_named(tmp_path, monkeypatch):
+def test_without_the_packed_rows_nothing_is_judged(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(RowsError, match=r"evaluation\.tar\.xz: does not exist; .* --rows"):
+    with pytest.raises(RowsError, match=r"evaluation\.tar\.xz: does not exist"):
         Determinism().run(Lab(tmp_path / "work", workers=0))
 
 

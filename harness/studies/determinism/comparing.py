@@ -24,7 +24,7 @@ from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.registry import make_method
 from steadyload.methods.tuned import TUNED, tuned_engines
 from steadyload.reports.columns import column, compact, markdown, percent, row
-from steadyload.runs.able import able_methods, chosen
+from steadyload.runs.able import able_methods
 from steadyload.runs.definition import StudyError
 from steadyload.runs.kept_only import kept_only
 from steadyload.runs.labels import Cases, item_lists, load_labels
@@ -37,7 +37,13 @@ from steadyload.studies.kit import Lab
 from steadyload.studies.published import ROWS, named
 
 PAGE = "evaluation"
-"""The page whose verdicts are judged again by default."""
+"""The page whose verdicts are judged again."""
+
+CASES, MADE_AGAIN = 300, 60
+"""Cases that are drawn at random, and those of them whose labels are made again."""
+
+_SEED = 0
+"""Of the draw."""
 
 JUDGED, LABELS = "judged", "labels"
 """Folders of the runs on this machine, of verdicts and of labels."""
@@ -92,15 +98,15 @@ class Difference:
 class Found:
     """Everything that the page shows.
 
-    ``every``: share of all verdicts that differ. ``labels``: None where none was made again.
-    ``of``: cases of the rows, of which ``cases`` were drawn. ``then``, ``now``, ``labelled``:
-    machines of the rows, of the verdicts here, of the labels. ``packages``: versions of packages
-    that are others, those of the rows first. ``set_name``, ``part``: of the labelled set.
+    ``every``: share of all verdicts that differ. ``of``: cases of the rows, of which ``cases`` were
+    drawn. ``then``, ``now``, ``labelled``: machines of the rows, of the verdicts here, of the
+    labels. ``packages``: versions of packages that are others, those of the rows first.
+    ``set_name``, ``part``: of the labelled set.
     """
 
     methods: Sequence[Again]
     every: Estimate
-    labels: Again | None
+    labels: Again
     differences: Sequence[Difference]
     cases: int
     of: int
@@ -121,35 +127,27 @@ class Found:
         return sum(own.differ for own in self.methods)
 
 
-def judge_again(
-    lab: Lab, *, rows: str, cases: int, labels: int, seed: int, methods: Sequence[str]
-) -> Found:
+def judge_again(lab: Lab, limit: int | None = None) -> Found:
     """Judge cases of kept rows again, as far as that is missing, and compare.
 
     Args:
         lab: where they are judged. All verdicts in its folder are of one machine.
-        rows: run folder on a labelled set of the package; empty for the packed rows of
-            :data:`PAGE`.
-        cases: to draw; all where they are fewer.
-        labels: those of them whose label is made again, too.
-        seed: of the draw.
-        methods: specs, of those of the rows; empty for those of :func:`usual_methods` among them.
+        limit: cases at most; None for all of :data:`CASES`.
 
     Raises:
         RowsError: there are no packed rows.
-        ResultsError: no run folder.
-        StudyError: the rows have no labels or no such method, are of other layouts or parameters
-            than there are now, or their labels are not those of one simulator.
+        StudyError: the rows are of other layouts or parameters than there are now.
         NotKeptError: the work folder holds verdicts of another machine, and some are missing.
     """
-    with _folder_of(rows) as folder:
+    with _folder() as folder:
         then, manifest = _rows(folder), load_manifest(folder)
-        if "labels" not in manifest:
-            raise StudyError(f"{folder}: has no labels; allowed: a run on a labelled set")
         known = load_labels(folder, manifest)
-    labelled = load_benchmark(manifest["labels"].get("set"))
-    able, left_out = _able(methods, manifest["study"]["methods"])
-    drawn = _drawn(labelled, known, cases, seed)
+    labelled = load_benchmark(manifest["labels"]["set"])
+    able, left_out = able_methods(
+        (), lambda: filter(set(usual_methods()).__contains__, manifest["study"]["methods"])
+    )
+    again = known.sample(min(CASES, limit or CASES, len(known)), random_state=_SEED).index
+    drawn = labelled.cases.set_index(KEYS).loc[again].reset_index()
     index = pd.MultiIndex.from_frame(drawn[KEYS])
     lists = pd.Series(item_lists(known), known.index)
     said = known["failing_step"].map(lambda step: _answer(Status.DONE, step))
@@ -157,28 +155,25 @@ def judge_again(
     now, made = _judged(lab, able, labelled.drawn(drawn), JUDGED, manifest["study"]["timeout"])
     _refuse_others(then, now)
     pairs = {spec: _pairs(then.loc[spec], now.loc[spec], index) for spec in able}
-    label = None
-    if labels:
-        spec, fewer = _label_of(labelled), drawn.head(labels)
-        own, _ = _judged(lab, (spec,), labelled.drawn(fewer), LABELS, None)
-        stored = known.assign(status=str(Status.DONE), displacement_cm=None, rotation_deg=None)
-        pairs[spec] = _pairs(stored, own.loc[spec], pd.MultiIndex.from_frame(fewer[KEYS]))
-        label = _again(spec, pairs[spec], lists)
+    label, fewer = str(make_method(labelled.manifest["label"]).spec), drawn.head(MADE_AGAIN)
+    own, _ = _judged(lab, (label,), labelled.drawn(fewer), LABELS, None)
+    stored = known.assign(status=str(Status.DONE), displacement_cm=None, rotation_deg=None)
+    pairs[label] = _pairs(stored, own.loc[label], pd.MultiIndex.from_frame(fewer[KEYS]))
     differs = pd.concat([pairs[spec]["differs"] for spec in able])
     return Found(
         methods=[_again(spec, pairs[spec], lists) for spec in able],
         every=share(differs, lists.loc[differs.index].to_numpy()),
-        labels=label,
+        labels=_again(label, pairs[label], lists),
         differences=[one for spec, own in pairs.items() for one in _differences(spec, own, said)],
         cases=len(drawn),
         of=len(known),
         layouts=drawn["layout"].nunique(),
         item_lists=lists.loc[index].nunique(),
-        set_name=manifest["labels"].get("set", ""),
+        set_name=manifest["labels"]["set"],
         part=manifest["labels"]["part"],
         then=manifest["machine"],
         now=made["machine"],
-        labelled=labelled.manifest.get("labelled_with", {}).get("machine", "not stated"),
+        labelled=labelled.manifest["labelled_with"]["machine"],
         packages={
             name: (version, made["versions"][name])
             for name, version in manifest["versions"].items()
@@ -190,18 +185,13 @@ def judge_again(
 
 
 @contextmanager
-def _folder_of(rows: str) -> Iterator[Path]:
-    """The run folder of some rows; of the packed ones while the context lasts."""
-    if rows:
-        yield Path(rows)
-        return
+def _folder() -> Iterator[Path]:
+    """The run folder of the packed rows, while the context lasts."""
     (entry,) = named((PAGE,))
     with tempfile.TemporaryDirectory() as folder:
         there = unpack(dataclasses.replace(entry, work=Path(folder, entry.work.name)))
         if there is None:
-            raise RowsError(
-                f"{archive_of(entry, ROWS)}: does not exist; name a run folder with --rows"
-            )
+            raise RowsError(f"{archive_of(entry, ROWS)}: does not exist")
         yield there / SPATIAL
 
 
@@ -209,39 +199,6 @@ def _rows(folder: Path) -> pd.DataFrame:
     """First verdicts of a run folder, by method, layout and scenario."""
     rows = load_results(folder, _COLUMNS)
     return rows[rows["repetition"] == 0].set_index(["method", *KEYS]).sort_index()
-
-
-def _able(
-    methods: Sequence[str], known: Sequence[str]
-) -> tuple[tuple[str, ...], Mapping[str, str]]:
-    """Canonical specs of methods of the rows that can judge here; of others the reasons."""
-    asked = chosen([str(make_method(spec).spec) for spec in methods], known, "method of the rows")
-    usual = set(usual_methods())
-    return able_methods(asked, lambda: [spec for spec in known if spec in usual] or known)
-
-
-def _drawn(labelled: Benchmark, known: pd.DataFrame, count: int, seed: int) -> pd.DataFrame:
-    """Rows of the cases of a set, drawn at random of those that have labels in a run."""
-    cases = labelled.cases.set_index(KEYS)
-    absent = known.index.difference(cases.index)
-    if len(absent):
-        raise StudyError(
-            f"the rows are of layout {absent[0][0]!r}, which is not in the labelled set; allowed: "
-            "rows on a set of the package"
-        )
-    drawn = known.sample(min(count, len(known)), random_state=seed)
-    return cases.loc[drawn.index].reset_index()
-
-
-def _label_of(labelled: Benchmark) -> str:
-    """Canonical spec of the simulator that gave the labels of a set."""
-    spec = labelled.manifest.get("label")
-    if spec is None or "screens" in labelled.manifest:
-        raise StudyError(
-            "labels of the set are not verdicts of one simulator; use --labels 0, and judge labels "
-            "again by steadyload benchmark screen --again"
-        )
-    return str(make_method(spec).spec)
 
 
 def _judged(

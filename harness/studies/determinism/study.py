@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-from steadyload.studies.kit import Lab, Study, methods_option, option
+from steadyload.studies.kit import Lab, Study, option
 
 if TYPE_CHECKING:
     from steadyload.studies.determinism.comparing import Found
@@ -17,25 +17,16 @@ class Determinism(Study["Found"]):
     question = "Which published verdicts and labels differ on another processor?"
     about = "published verdicts and labels of a random sample, judged again on this machine"
 
-    rows: str = option(
-        "",
-        "run folder on a labelled set whose verdicts are judged again (default: the kept rows of "
-        "the page evaluation)",
-        metavar="DIR",
-    )
-    cases: int = option(300, "drawn at random, judged by every method (default: 300)", least=1)
-    labels: int = option(60, "of them whose labels are made again (default: 60)", least=0)
-    seed: int = option(0, "of the draw (default: 0)", least=0)
-    methods: tuple[str, ...] = methods_option(
-        "judge again only this method of the rows; may be repeated (default: those of the "
-        "published page)"
-    )
+    limit: int | None = option(
+        None, "only N cases, and labels of no more than these (default: 300, and 60 labels)",
+        least=1, metavar="N",
+    )  # fmt: skip
 
     def run(self, lab: Lab) -> Found:
         """The same cases, judged here and compared with the rows."""
         from steadyload.studies.determinism.comparing import judge_again
 
-        return judge_again(lab, **vars(self))
+        return judge_again(lab, self.limit)
 
     def remarks(self, found: Found) -> Iterable[str]:
         """Methods that were left out, and why."""
