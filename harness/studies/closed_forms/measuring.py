@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from steadyload.engines.errors import EngineNotInstalledError
-from steadyload.engines.registry import engines as registered
 from steadyload.engines.registry import engines_here, package_versions, world_class
 from steadyload.properties import closed_forms as runs
 from steadyload.properties.closed_form_tests import (
@@ -18,7 +17,6 @@ from steadyload.properties.closed_form_tests import (
     closed_form_tests,
     result_of,
 )
-from steadyload.runs.able import chosen
 from steadyload.runs.provenance import made_on
 from steadyload.studies.kit import Asked, Lab
 
@@ -50,26 +48,20 @@ class ClosedFormUnit(
         return result_of(test, stage, self.frequency)
 
 
-def with_second_model(engines: Sequence[str]) -> tuple[tuple[str, ...], dict[str, str]]:
-    """Engines with :data:`SECOND_MODEL` after them where it is installed.
-
-    Args:
-        engines: registered names; empty for those of :func:`engines_here`.
-
-    Returns:
-        Their names; by name, the reason why one is left out.
+def with_second_model() -> tuple[tuple[str, ...], dict[str, str]]:
+    """Names of the engines that are compared here, with :data:`SECOND_MODEL` after them where it is
+    installed; by name, the reason why it is left out.
     """
-    names = tuple(engines) or engines_here()
     try:
         world_class(SECOND_MODEL)
     except EngineNotInstalledError as error:
-        return names, {SECOND_MODEL: str(error)}
-    return tuple(dict.fromkeys((*names, SECOND_MODEL))), {}
+        return engines_here(), {SECOND_MODEL: str(error)}
+    return (*engines_here(), SECOND_MODEL), {}
 
 
 def measured(
     lab: Lab,
-    engines: Sequence[str] = (),
+    engines: Sequence[str],
     frequencies: Sequence[int] = FREQUENCIES,
     tests: Sequence[ClosedFormTest] = (),
 ) -> list[ClosedFormResult]:
@@ -77,23 +69,20 @@ def measured(
 
     Args:
         lab: where it runs.
-        engines: registered names; empty for those of :func:`engines_here`.
+        engines: registered names.
         frequencies: substeps a second; an engine that controls its own error runs once.
         tests: a choice of :func:`closed_form_tests`; empty for all.
 
     Raises:
-        StudyError: no engine of that name.
         EngineNotInstalledError: the library behind an engine is missing.
         ResultsError: another run is at work in the folder.
     """
-    names = tuple(engines) or engines_here()
-    chosen(names, registered(), "engine")  # refuses one that there is not
-    own = {name for name in names if world_class(name).capabilities.error_controlled}
-    made = {name: made_on(name) | package_versions(("numpy", "scipy")) for name in names}
+    own = {name for name in engines if world_class(name).capabilities.error_controlled}
+    made = {name: made_on(name) | package_versions(("numpy", "scipy")) for name in engines}
     units = [
         ClosedFormUnit(test.name, name, frequency, made[name])
         for test in tests or closed_form_tests()
-        for name in names
+        for name in engines
         for frequency in ((None,) if name in own else frequencies)
     ]
     return lab.measure(units, ClosedFormResult, folder="results", parallel=True).rows

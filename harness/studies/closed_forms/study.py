@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from steadyload.studies.kit import Lab, PublishedPage, Study, option
+from steadyload.studies.kit import Lab, Study
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -13,16 +13,10 @@ if TYPE_CHECKING:
 
 
 class ClosedForms(Study["Found"]):
-    """Which engines are compared with formulas."""
+    """Errors of all engines in tests whose answer is a formula."""
 
     question = "How far is every engine from mechanics whose answer is known?"
     about = "compare engines with formulas: tipping, sliding, spinning, rocking, stacks"
-    pages = (PublishedPage("closed_forms", "--second-model"),)
-
-    engines: tuple[str, ...] = option(
-        (), "only this; may be repeated", names=("--engine",), metavar="NAME"
-    )
-    second_model: bool = option(False, "measure Drake, too (needs the extra `drake`)")
 
     def run(self, lab: Lab) -> Found:
         """Errors of engines, test by test."""
@@ -31,9 +25,7 @@ class ClosedForms(Study["Found"]):
         from steadyload.studies.closed_forms.measuring import measured, with_second_model
 
         made_with = provenance_lines()  # of the code that measures
-        engines, left_out = self.engines, dict[str, str]()
-        if self.second_model:
-            engines, left_out = with_second_model(self.engines)
+        engines, left_out = with_second_model()
         return compare(measured(lab, engines), made_with, left_out)
 
     def remarks(self, found: Found) -> Iterable[str]:
