@@ -14,6 +14,7 @@ from steadyload.engines.world import (
     Velocities,
     WorldSettings,
 )
+from steadyload.layouts.model.question import Question
 from steadyload.methods import make_method
 from steadyload.studies.convergence.judging import judged
 from steadyload.studies.kit import Lab
@@ -151,5 +152,5 @@ def test_a_missing_judge_shows_before_anything_is_computed(monkeypatch, tmp_path
     )
     monkeypatch.setitem(registry.ENGINES, "drake", entry)
     with pytest.raises(EngineNotInstalledError, match="drake"):
-        judged(Lab(tmp_path / "work"), cases=1, sample=1, opinions=("label@drake",))
+        judged(Lab(tmp_path / "work"), ("label@drake",), Question.WITHIN, 1)
     assert not (tmp_path / "work").exists()

@@ -156,9 +156,11 @@ def test_the_question_stands_has_the_changes_that_were_tried(standing, assert_sh
 
 
 def test_rows_of_the_question_stands_are_of_methods_asked_it():
-    studies = convergence_studies(2, 1, question=Question.STANDS)
-    within = convergence_studies(2, 1)
+    studies = convergence_studies(question=Question.STANDS)
+    within = convergence_studies()
     assert set(studies).isdisjoint(within)
+    assert [study.limit for study in (*within.values(), *studies.values())] == [100, 67, 17, 67, 67]
+    assert [study.limit for study in convergence_studies(limit=20).values()] == [20, 20, 17]
     for study in studies.values():
         assert all("question=stands" in method for method in study.methods)
     assert not any("question" in m for study in within.values() for m in study.methods)
@@ -171,7 +173,7 @@ def test_a_second_model_judges_for_the_question_within_alone(tmp_path):
 
 
 def test_labels_are_judged_once(tmp_path):
-    asked, lab = Convergence(cases=1, sample=1), Lab(tmp_path, 0)
+    asked, lab = Convergence(limit=1), Lab(tmp_path, 0)
     found = asked.run(lab)
     assert {own.changed.n for own in found.variants} == {3}
     assert {own.title for own in found.opinions} == {canonical(spec) for spec in OPINIONS}

@@ -21,6 +21,9 @@ from steadyload.runs.runner import run_study
 from steadyload.studies.kit import Lab
 
 BASE = "label@reference"
+CASES = {Question.WITHIN: 100, Question.STANDS: 67}
+"""Cases a scenario by question, for the reference, its decisive variants and other engines."""
+
 SAMPLE = 17
 """Cases a scenario for slow methods."""
 
@@ -137,18 +140,16 @@ LOOKED_AT = ("label@mujoco:frequency=480", "label@bullet:frequency=480")
 
 
 def convergence_studies(
-    cases: int,
-    sample: int = SAMPLE,
     opinions: Sequence[str] = OPINIONS,
     question: Question = Question.WITHIN,
+    limit: int | None = None,
 ) -> dict[str, StudyDefinition]:
     """Definitions of the runs, by the name of their folder; all on the first of the same cases.
 
     Args:
-        cases: number a scenario for the reference, its decisive variants and the other engines.
-        sample: number for the slow methods; 0 leaves them out.
         opinions: the slow methods.
         question: asked of all; for ``stands`` there are no other engines and no slow methods.
+        limit: most cases a scenario of a run; None for all.
     """
     within = question == Question.WITHIN
     tried = [v for v in VARIANTS if within or v.title in OF_STANDS]
@@ -156,29 +157,25 @@ def convergence_studies(
     other = [v.spec for v in tried if not v.decisive]
     engines = ENGINES if within else ()
     parts: dict[str, tuple[list[str], int, int, float | None]] = {
-        "all": ([BASE, *decisive, *engines], cases, 30, None),
-        "sweep": ([BASE, *other], min(SWEPT, cases), 30, None),
+        "all": ([BASE, *decisive, *engines], CASES[question], 30, None),
+        "sweep": ([BASE, *other], SWEPT, 30, None),
     }
-    if sample and within:
-        parts["opinions"] = ([BASE, *opinions], sample, 5, SECONDS)
+    if within:
+        parts["opinions"] = ([BASE, *opinions], SAMPLE, 5, SECONDS)
     of = "" if within else f"{question}-"
     return {
         of + name: StudyDefinition(
             of + name, tuple(canonical(method, question) for method in methods),
-            benchmark=Part.TEST, benchmark_directory=LISTS, limit=count, shard_size=size,
-            timeout=seconds,
+            benchmark=Part.TEST, benchmark_directory=LISTS, limit=min(count, limit or count),
+            shard_size=size, timeout=seconds,
         )
         for name, (methods, count, size, seconds) in parts.items()
     }  # fmt: skip
 
 
 def judged(
-    lab: Lab,
-    cases: int,
-    sample: int = SAMPLE,
-    opinions: Sequence[str] = OPINIONS,
-    question: Question = Question.WITHIN,
-) -> list[pd.DataFrame]:
+    lab: Lab, opinions: Sequence[str], question: Question, limit: int | None
+) -> dict[str, pd.DataFrame]:
     """The results of each run of :func:`convergence_studies`, with the column :data:`ITEM_LIST`;
     missing rows are judged. Methods have their names without the question.
 
@@ -190,8 +187,8 @@ def judged(
         make_method(spec).prepare()
     every = (BASE, *(variant.spec for variant in VARIANTS), *ENGINES, *opinions)
     names = {canonical(spec, question): canonical(spec) for spec in every}
-    frames = []
-    for name, study in convergence_studies(cases, sample, opinions, question).items():
+    frames = {}
+    for name, study in convergence_studies(opinions, question, limit).items():
         lab.work.mkdir(parents=True, exist_ok=True)
         run_study(
             study, lab.work / name, workers=lab.workers,
@@ -201,7 +198,7 @@ def judged(
         lists = pd.Series(item_lists(labels), labels.index, name=ITEM_LIST)
         rows = load_results(lab.work / name)
         rows["method"] = rows["method"].map(names)
-        frames.append(rows.join(lists, on=KEYS))
+        frames[name] = rows.join(lists, on=KEYS)
     return frames
 
 

@@ -19,22 +19,20 @@ class Convergence(Study["Found"]):
     pages = (
         PublishedPage("convergence", "--second-model"),
         PublishedPage(
-            "convergence_stands", "--question stands --cases 67",
+            "convergence_stands", "--question stands",
             question="Are the labels of whether a load stands until it rests converged?",
         ),
     )  # fmt: skip
 
-    cases: int = option(
-        100, "cases a scenario of part test of the set of many lists (default: 100)", least=1
-    )
-    sample: int = option(
-        17, "cases a scenario that slow methods judge; 0 for none (default: 17)", least=0
-    )
     asked: str = option(
         "within", "whose labels: within or stands (default: within); for stands the reference "
         "alone is changed", metavar="QUESTION", names=("--question",), choices=("within", "stands"),
     )  # fmt: skip
     second_model: bool = option(False, "judge by Drake, too (needs the extra `drake`)")
+    limit: int | None = option(
+        None, "only the first N cases a scenario (default: 100, for stands 67)", least=1,
+        metavar="N",
+    )  # fmt: skip
 
     def run(self, lab: Lab) -> Found:
         """Labels that change, judged in runs of their own on the first of the same cases."""
@@ -44,7 +42,6 @@ class Convergence(Study["Found"]):
         from steadyload.studies.convergence.judging import (
             OPINIONS,
             SECOND_MODEL,
-            convergence_studies,
             judged,
             made_with,
         )
@@ -53,9 +50,6 @@ class Convergence(Study["Found"]):
         if self.second_model and question == Question.STANDS:
             raise StudyError("--second-model: not allowed with --question stands; allowed: within")
         opinions = (*OPINIONS, SECOND_MODEL) if self.second_model else OPINIONS
-        asked = (self.cases, self.sample, opinions, question)
-        found = judged(lab, *asked)
-        return compare(
-            made_with(lab.work / name for name in convergence_studies(*asked)), *found,
-            asked=self.asked,
-        )  # fmt: skip
+        found = judged(lab, opinions, question, self.limit)
+        folders = [lab.work / name for name in found]
+        return compare(made_with(folders), *found.values(), asked=self.asked)
