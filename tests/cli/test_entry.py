@@ -211,12 +211,12 @@ def test_an_earlier_name_of_a_study_brings_what_it_meant_and_flags_override_it()
 
 
 def test_flags_right_after_a_topic_are_of_its_study(capsys):
-    words = ["--data", "x.csv", "--engine", "mujoco", "--trials", "40", "-o", "page"]
+    words = ["--data", "x.csv", "--limit", "40", "-o", "page"]
     short, whole = (
         running.command_of([*first, *words]) for first in (["reality"], ["study", "reality"])
     )
     assert vars(short) == vars(whole)
-    assert (short.data, short.engines, short.trials) == (Path("x.csv"), ("mujoco",), 40)
+    assert (short.data, short.limit) == (Path("x.csv"), 40)
     assert main(["reality", "--help"]) == 0
     assert "field" in capsys.readouterr().out
     assert main(["reality", "--dta", "x.csv"]) == 2
@@ -341,9 +341,9 @@ def test_a_file_says_what_flags_would_and_flags_override_it(tmp_path):
     made = running.command_of(["study", "evaluation", "--config", str(file), "--limit", "6"])
     assert (made.methods, made.limit, str(made.work)) == (("sme", "fbs"), 6, "here")
     assert made.asked == "within"
-    file.write_text("second_model = true\nsample = 0\n")
+    file.write_text("second_model = true\nlimit = 3\n")
     made = running.command_of(["study", "convergence", "--config", str(file)])
-    assert (made.second_model, made.sample, made.cases) == (True, 0, 100)
+    assert (made.second_model, made.limit, made.asked) == (True, 3, "within")
 
 
 @pytest.mark.parametrize(

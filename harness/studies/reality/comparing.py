@@ -43,7 +43,7 @@ from steadyload.studies.reality.loading import (
 )
 from steadyload.studies.reality.on_the_way import Grown, Rest, by_impacts, by_time, rest_of
 from steadyload.studies.reality.record import FIT, MEASURED, Recorded
-from steadyload.studies.reality.running import FREQUENCY, AllMeasured, ByEngine, Way
+from steadyload.studies.reality.running import FREQUENCY, JITTERS, AllMeasured, ByEngine, Way
 from steadyload.studies.reality.tosses import Worst, worst
 
 
@@ -114,12 +114,12 @@ class Found:
     rankings: Sequence[Ranking]
     worst: Sequence[Worst]
     missing: Sequence[str]
-    jitters: int
     scale: float
     cpu_hours: float
     made_with: Mapping[str, str]
     measured: AllMeasured
     frequency: int = FREQUENCY
+    jitters: int = JITTERS
     space: str = SPACE
     half_off_cm: float = OFF_CM
     half_turn_deg: float = TURN_DEG
@@ -281,7 +281,6 @@ def compare(found: AllMeasured) -> Found:
         rankings=rankings(verdicts_changed, reference.title if reference else ""),
         worst=worst(found),
         missing=found.missing,
-        jitters=found.jitters,
         scale=scale,
         cpu_hours=sum(map(_seconds, found.engines)) / 3600.0,
         made_with=found.made_with,

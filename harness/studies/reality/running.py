@@ -21,7 +21,6 @@ from steadyload.engines.world import Support
 from steadyload.measured.errors import MotionError
 from steadyload.methods.registry import make_method
 from steadyload.methods.tuned import TUNED, tuned
-from steadyload.runs.able import chosen
 from steadyload.runs.evaluation import Evaluation
 from steadyload.studies.kit import Asked, Lab
 from steadyload.studies.reality.chances import AS_MEASURED, FACTORS, chances, chosen_factor
@@ -53,6 +52,15 @@ from steadyload.tuning.space import spec_of
 FREQUENCY = 480
 """Substeps a second, but of presets; as of labels."""
 
+JITTERS = 24
+"""Released states within the noise for each trial."""
+
+LAYOUTS = 300
+"""Layouts of the labelled set that are judged with fitted contacts, too."""
+
+SEED = 0
+"""Of the halves, the search and the jitters."""
+
 CENTRE = "centre of mass by flights"
 """Title of the step of :func:`steps_of_the_body` that takes it."""
 
@@ -80,7 +88,7 @@ class ByEngine:
             engine, or where the record states no friction.
         fitted: contacts.
         jittered: by half and factor of the noise; empty for a slow engine.
-        evaluation: of layouts; None where none are to be judged.
+        evaluation: of layouts; None of an engine that only checks others.
     """
 
     name: str
@@ -138,7 +146,6 @@ class AllMeasured:
         engines: those with rows, in the order of the registry.
         missing: titles of slow engines whose rows are not complete.
         taken: the body as its flights show it.
-        jitters: releases a trial.
         made_with: provenance of the first rows.
     """
 
@@ -146,7 +153,6 @@ class AllMeasured:
     engines: Sequence[ByEngine]
     missing: Sequence[str]
     taken: Taken
-    jitters: int
     made_with: Mapping[str, str]
 
 
@@ -182,15 +188,10 @@ def steps_of_the_body(flight: Taken, *, has_inertia: bool) -> dict[str, Taken]:
 
 def measured(
     lab: Lab,
-    *,
-    data: Path | None,
-    profile: Path | None,
-    limit: int | None,
-    engines: Sequence[str],
-    jitters: int,
-    seed: int,
-    reference: bool,
-    labels: int,
+    data: Path | None = None,
+    profile: Path | None = None,
+    limit: int | None = None,
+    reference: bool = False,
 ) -> AllMeasured:
     """Measure what is missing, by the options of the study, and read the rest.
 
@@ -198,21 +199,19 @@ def measured(
         MotionError: see :func:`steadyload.studies.reality.record.open_record`; trials are to be
             simulated, and the file is not here.
         EngineNotInstalledError: ``reference`` is true, and that engine is not installed.
-        StudyError: an engine is not one of :func:`able_engines`.
         NotKeptError: rows are missing, and nothing may be measured.
     """
     if reference:
         world_class("reference")
-    names = chosen(engines, able_engines(), "engine") if engines else able_engines()
     record = open_record(lab.work, data, profile, limit)
-    unit = RecordUnit(record, seed, package_versions(("numpy", "scipy")))
+    unit = RecordUnit(record, SEED, package_versions(("numpy", "scipy")))
     [recorded], made_with = lab.measure([unit], Recorded, folder="record")
     note_record(lab.work, record)
     taken = by_flights(recorded.fitted_flight)
     found, missing = [], []
-    for name in names:
-        of_engine = _Runs(lab, record, recorded, taken, name, seed, jitters)
-        one = of_engine.run(measure=reference or not is_slow(name), labels=labels)
+    for name in able_engines():
+        of_engine = _Runs(lab, record, recorded, taken, name, min(LAYOUTS, limit or LAYOUTS))
+        one = of_engine.run(measure=reference or not is_slow(name))
         if one is None:
             missing.append(capabilities(name).title)
         else:
@@ -221,7 +220,7 @@ def measured(
         raise MotionError(
             f"no rows of {', '.join(missing)}; allowed: --reference, which simulates them"
         )
-    return AllMeasured(recorded, found, missing, taken, jitters, made_with)
+    return AllMeasured(recorded, found, missing, taken, made_with)
 
 
 @dataclass(frozen=True)
@@ -233,10 +232,9 @@ class _Runs:
     recorded: Recorded
     taken: Taken
     engine: str
-    seed: int
-    jitters: int
+    layouts: int
 
-    def run(self, *, measure: bool, labels: int) -> ByEngine | None:
+    def run(self, *, measure: bool) -> ByEngine | None:
         """All of it; None where rows are missing and nothing is to be measured."""
         slow, made = is_slow(self.engine), made_on_engine(self.engine)
         rows = partial(_rows, self.lab, measure)
@@ -260,7 +258,6 @@ class _Runs:
         if batches is None:
             return None
         jittered = {} if slow else dict(self._jittered(fitted, made))
-        has_labels = labels > 0 and not engines()[self.engine].check_only
         return ByEngine(
             self.engine,
             slow,
@@ -270,7 +267,9 @@ class _Runs:
             dict(zip(steps, batches[len(ways) :], strict=True)),
             fitted,
             jittered,
-            judged(self.lab, self.engine, preset, fitted, labels) if has_labels else None,
+            None
+            if engines()[self.engine].check_only
+            else judged(self.lab, self.engine, preset, fitted, self.layouts),
         )
 
     def _identified(self) -> str | None:
@@ -288,7 +287,7 @@ class _Runs:
         known = {name: value for name, value in stated.items() if value is not None}
         made = {**made_on_engine(self.engine), **package_versions(("pygad",))}
         genes = genes_on(self.engine)
-        return FitUnit(self.record, self.seed, self.engine, genes, known, self.taken, made)
+        return FitUnit(self.record, SEED, self.engine, genes, known, self.taken, made)
 
     def _jittered(
         self, fitted: Fitted, made: Mapping[str, str]
@@ -298,8 +297,8 @@ class _Runs:
         def of(half: str, factors: Sequence[float]) -> dict[tuple[str, float], Jittered]:
             units = [
                 JitterUnit(
-                    self.record, half, self.seed, fitted.spec, self.taken, self.recorded.noise,
-                    factor, self.jitters, made,
+                    self.record, half, SEED, fitted.spec, self.taken, self.recorded.noise,
+                    factor, JITTERS, made,
                 )
                 for factor in factors
             ]  # fmt: skip
