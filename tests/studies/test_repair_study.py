@@ -14,7 +14,6 @@ from steadyload.app.repairs import Outcome
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.benchmark.parts import REAL
-from steadyload.layouts.benchmark.tables import BenchmarkError
 from steadyload.layouts.model.question import Question
 from steadyload.layouts.packers.packed import PackerNotInstalledError
 from steadyload.methods import make_method
@@ -120,9 +119,6 @@ def test_a_plan_of_two_packers_is_one_plan(monkeypatch):
     monkeypatch.setattr(plans, "plans_of", lambda _: pd.DataFrame(rows))
     (one,), _, labelled = plans_by_label(SimpleNamespace(layout=lambda *_: STANDS))
     assert (one.packers, labelled) == (("Packvium", "py3dbp"), 1)
-    monkeypatch.setattr(plans, "plans_of", lambda _: pd.DataFrame([plan_row("a")]))
-    with pytest.raises(BenchmarkError, match="no plan of a packer in this set fails"):
-        plans_by_label(SimpleNamespace())
 
 
 @pytest.mark.parametrize("plan", [STANDS, TOO_EARLY, HANGS_OVER, FULL], ids=lambda one: one.name)
@@ -239,12 +235,9 @@ def lab(tmp_path_factory):
     return Lab(tmp_path_factory.mktemp("repair"), 0)
 
 
-OPTIONS = {"seconds": 5.0, "limit": 2}
-
-
 @pytest.fixture(scope="module")
 def tried(lab, real):
-    return try_all(lab, real, reference=False, **OPTIONS)
+    return try_all(lab, real, limit=2)
 
 
 def test_every_plan_is_changed_in_all_ways_and_judged_by_engines(tried, failing, real):
@@ -294,7 +287,7 @@ def test_the_reference_goes_on_where_it_was_and_what_is_missing_is_counted(
 
     def by_reference():
         with kept_only("none is measured"):
-            again = try_all(lab, real, reference=False, **OPTIONS)
+            again = try_all(lab, real, limit=2)
         assert [one.changed for one in again.tried] == [one.changed for one in tried.tried]
         found = summarise(real, again)
         rows = {row.judge: row for row in found.independent}
@@ -305,10 +298,10 @@ def test_the_reference_goes_on_where_it_was_and_what_is_missing_is_counted(
     monkeypatch.setattr(confirming.CloseSteps, "measure", limited)
     assert by_reference()[:4] == (count, 0, 0, 0)
     with pytest.raises(KeyboardInterrupt):
-        try_all(lab, real, reference=True, **OPTIONS)
+        try_all(lab, real, limit=2, reference=True)
     assert by_reference()[:4] == (count, 1, 0, 0)
     told.left = 10**6
-    try_all(lab, real, reference=True, **OPTIONS)
+    try_all(lab, real, limit=2, reference=True)
     *counts, stands = by_reference()
     assert counts == [0, count - 1, 1, count - 1]
     assert (stands.value, stands.n) == (1.0, count - 1)
@@ -333,7 +326,7 @@ def test_without_the_packer_the_other_ways_remain(lab, real, monkeypatch, assert
         raise PackerNotInstalledError("packing needs its package")
 
     monkeypatch.setattr("steadyload.studies.repair.ways.packer_versions", missing)
-    found = summarise(real, try_all(lab, real, reference=False, **OPTIONS))
+    found = summarise(real, try_all(lab, real, limit=2))
     assert {row.way for row in found.all} == {*Way} - {Way.AGAIN}
     text = assert_shown(
         RepairStudy(), found, tables=tables(found), charts=["left_out", "moved"], drawn=False

@@ -24,7 +24,7 @@ from steadyload.statistics.estimate import NOTHING, Estimate
 from steadyload.statistics.metrics import mean, ratio, share
 from steadyload.studies.packed_plans import PACKER_TITLES
 from steadyload.studies.repair.confirming import ENGINES, REFERENCES, SECONDS, SOFT, STIFF
-from steadyload.studies.repair.plans import AllTried, Answers, Tried
+from steadyload.studies.repair.plans import SEARCH_SECONDS, AllTried, Answers, Tried
 from steadyload.studies.repair.ways import Way
 
 ALL = "all"
@@ -140,6 +140,8 @@ class Found:
     not_installed: str
     made_with: Mapping[str, str]
     tried: Sequence[Tried]
+    search_s: float = SEARCH_SECONDS
+    seconds: float = SECONDS
 
     @property
     def leave(self) -> Shares:
@@ -165,11 +167,6 @@ class Found:
     def by_packer(self) -> Sequence[Shares]:
         """Plans of single packers."""
         return [each for each in self.shares if each.packer != ALL]
-
-    @property
-    def seconds(self) -> float:
-        """CPU time that an engine may take to judge a plan."""
-        return SECONDS
 
     @property
     def moving(self) -> Sequence[Until]:

@@ -5,8 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from steadyload.config import positive_number
-from steadyload.studies.kit import Lab, Study, operand, option
+from steadyload.studies.kit import Lab, Study, option
 
 if TYPE_CHECKING:
     from steadyload.studies.repair.counting import Found
@@ -21,11 +20,6 @@ class RepairStudy(Study["Found"]):
     question = "How much of a packer's failing plan has to change until it stands?"
     about = "repair packers' failing plans in several ways, and judge what comes of it"
 
-    directory: str | None = operand(
-        None,
-        "folder of a labelled set of real size (default: real, that of the package)",
-        metavar="DIR",
-    )
     reference: bool = option(
         False,
         "have the reference judge what it has not come to: seconds a plan up to 60 boxes, minutes "
@@ -33,11 +27,6 @@ class RepairStudy(Study["Found"]):
     )
     limit: int | None = option(
         None, "repair only so many plans, the smallest (default: all)", least=1, metavar="N"
-    )
-    seconds: float = option(
-        10.0,
-        "CPU seconds that a search may take, three times as much above 61 boxes (default: 10)",
-        read=positive_number,
     )
 
     def run(self, lab: Lab) -> Found:
@@ -47,10 +36,8 @@ class RepairStudy(Study["Found"]):
         from steadyload.studies.repair.counting import summarise
         from steadyload.studies.repair.plans import try_all
 
-        benchmark = load_benchmark(self.directory or REAL)
-        tried = try_all(
-            lab, benchmark, seconds=self.seconds, limit=self.limit, reference=self.reference
-        )
+        benchmark = load_benchmark(REAL)
+        tried = try_all(lab, benchmark, limit=self.limit, reference=self.reference)
         return summarise(benchmark, tried)
 
     def beside(self, found: Found, folder: Path) -> None:

@@ -100,15 +100,14 @@ class Found:
         return next(one for one in self.by_workers if one.where == "processes")
 
 
-def measured(row_counts: Sequence[int], layout_counts: Sequence[int], lab: Lab) -> Found:
-    """Needs of generated studies, whose numbers of rows are rounded down to whole layouts."""
-    counts = [asked - asked % _ROWS_A_LAYOUT for asked in row_counts]
+def measured(counts: Sequence[int], lab: Lab) -> Found:
+    """Needs of generated studies of so many rows, and of so many layouts in blocks."""
     points, made_with = lab.measure([Size(rows, lab.workers) for rows in counts], Point)
     least, most = points[0], points[-1]
     added = [getattr(most, s).peak - getattr(least, s).peak for s in ("run", "load", "report")]
     more = most.rows - least.rows
-    largest = layout_counts[-1]
-    by_layouts = [Many(layouts, "processes", 1) for layouts in layout_counts]
+    largest = counts[-1]
+    by_layouts = [Many(layouts, "processes", 1) for layouts in counts]
     places = [("serial", 1), *((where, n) for where in ("processes", "dask") for n in (1, 2))]
     by_workers = [Many(largest, where, n) for where, n in places]
     judging, _ = lab.measure([*by_layouts, *by_workers], Judging, folder="blocks")
@@ -117,7 +116,7 @@ def measured(row_counts: Sequence[int], layout_counts: Sequence[int], lab: Lab) 
     one_by_one = OneByOne(largest // _FOR_EACH_SIMULATED, SIMULATED)
     [simulated], _ = lab.measure([one_by_one], Simulating, folder="one-by-one")
     return Found(
-        points, [2**20 * a / more for a in added if more],
+        points, [2**20 * a / more for a in added],
         judging[: len(by_layouts)], judging[len(by_layouts) :], by_threads, simulated,
         lab.workers, made_with,
     )  # fmt: skip

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from steadyload.studies.kit import Lab, PublishedPage, Study, option
+from steadyload.studies.kit import Lab, Study, option
 
 if TYPE_CHECKING:
     from steadyload.studies.scale.measuring import Found
 
-_FEWEST = 10_000
+MOST, _FEWEST = 1_000_000, 10_000
+"""Rows, and layouts in blocks, of the largest study and of the smallest one at least."""
 
 
 class Scale(Study["Found"]):
@@ -18,28 +19,19 @@ class Scale(Study["Found"]):
     about = "measure what studies of many rows need"
     question = "What does a study need by its number of rows: time, memory, disk?"
     workers = 2
-    pages = (PublishedPage("scale", "--rows 1000000 --layouts 1000000"),)
 
-    rows: int = option(
-        100_000,
-        "of the largest study; the others have a tenth, a hundredth, ... (default: 100000)",
-        least=_FEWEST,
-    )
-
-    layouts: int = option(
-        100_000,
-        "of the largest study in blocks, likewise (default: 100000)",
-        least=_FEWEST,
-    )
+    limit: int | None = option(
+        None, "rows, and layouts in blocks, of the largest study; the others have a tenth, a "
+        "hundredth, ... (default: 1000000)", least=10 * _FEWEST, metavar="N",
+    )  # fmt: skip
 
     def run(self, lab: Lab) -> Found:
         """Needs of studies of ever more rows."""
         from steadyload.studies.scale.measuring import measured
 
-        return measured(_rising(self.rows), _rising(self.layouts), lab)
+        return measured(_rising(self.limit or MOST), lab)
 
 
 def _rising(most: int) -> list[int]:
-    """A number, a tenth of it, a hundredth, ..., from small to large."""
-    largest = most - most % _FEWEST
-    return [n for k in range(7, -1, -1) if (n := largest // 10**k) >= _FEWEST]
+    """A number, a tenth of it, a hundredth, ..., from small to large, in thousands."""
+    return [n for k in range(7, -1, -1) if (n := most // 10**k // 1000 * 1000) >= _FEWEST]
