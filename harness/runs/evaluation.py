@@ -19,6 +19,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
+from steadyload.layouts.model.question import Question
 from steadyload.methods.naming import MethodKey
 from steadyload.reports.columns import (
     column,
@@ -38,7 +39,7 @@ from steadyload.runs.accuracy import (
 from steadyload.runs.comparison import Compared, Family, Slice, compared, difference
 from steadyload.runs.costs import CPU, PHASES, WALL, Costs, CostSource, judging_costs
 from steadyload.runs.judged import JudgedCases, load_judged
-from steadyload.runs.labels import item_lists
+from steadyload.runs.labels import item_lists, labels_on, statuses_on
 from steadyload.statistics.error_costs import ErrorShares
 from steadyload.statistics.estimate import NOTHING, Estimate
 from steadyload.statistics.metrics import mean, ratio, share
@@ -298,6 +299,7 @@ def labelled_part(judged: JudgedCases) -> LabelledPart:
     """About the labels of cases of a labelled set."""
     assert judged.labels is not None, "the run is on a labelled set"
     labels, about = judged.labels, judged.manifest["labels"]
+    counts = statuses_on(labels, Question.STANDS).value_counts()
     return LabelledPart(
         part=" ".join(str(about[key]) for key in ("set", "part") if key in about),
         cases=len(labels),
@@ -306,7 +308,7 @@ def labelled_part(judged: JudgedCases) -> LabelledPart:
         robust=int(labels["robust"].fillna(False).sum()),
         fragile=int((~labels["robust"].fillna(True)).sum()),
         natural_stable=_natural_stable(judged),
-        stands={str(k): int(v) for k, v in labels["stands"].value_counts().items()},
+        stands={str(k): int(v) for k, v in counts.items()},
     )
 
 
@@ -351,8 +353,7 @@ def _accuracies(judged: JudgedCases, here: BoolArray) -> dict[str, dict[str, Any
     compared = {
         spec: verdicts_against_labels(judged.said[spec][here], labels) for spec in judged.keys
     }
-    asked = (labels["stands"] == "done").fillna(False).to_numpy(bool)
-    other = labels[asked].assign(failing_step=labels["failing_step_stands"][asked])
+    other = labels_on(labels, Question.STANDS)
     apart = judged.apart
     among = [spec for spec in compared if spec not in apart] or list(compared)
     best = max(among, key=lambda spec: compared[spec]["right"].mean())
@@ -367,7 +368,7 @@ def _accuracies(judged: JudgedCases, here: BoolArray) -> dict[str, dict[str, Any
             "robust": accuracy(mine[robust], lists[robust]),
             "fragile": accuracy(mine[fragile], lists[fragile]),
             "natural": at_natural_prevalence(mine, labels, natural) if natural else NOTHING,
-            "stands": accuracy_of(judged.said[spec][here][asked], other),
+            "stands": accuracy_of(judged.said[spec].loc[other.index], other),
             "behind": difference(mine, top, lists) if spec in among and spec != best else None,
         }
     return found

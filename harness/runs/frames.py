@@ -21,11 +21,12 @@ import numpy as np
 import pandas as pd
 
 from steadyload.layouts.benchmark.dataset import KEYS
+from steadyload.layouts.model.question import Question
 from steadyload.layouts.sizes import MOST_SMALL
 from steadyload.runs.costs import CPU, WALL, Costs, judging_costs
 from steadyload.runs.evaluation import ALL
 from steadyload.runs.judged import JudgedCases
-from steadyload.runs.labels import item_lists
+from steadyload.runs.labels import item_lists, labels_on
 from steadyload.statistics import metrics, paired
 from steadyload.statistics.clusters import Clusters
 from steadyload.statistics.error_costs import ErrorShares, cheapest_by_ratio
@@ -53,6 +54,7 @@ def verdicts(judged: JudgedCases) -> pd.DataFrame:
     labels = judged.labels
     assert labels is not None, "the run is on a labelled set"
     robust = labels["robust"].astype("boolean")
+    standing = labels_on(labels, Question.STANDS)
     of_case = pd.DataFrame(
         {
             "list": labels["instance"],
@@ -62,8 +64,9 @@ def verdicts(judged: JudgedCases) -> pd.DataFrame:
             "expected": items_placed_by_case(labels["failing_step"], labels["item_count"]),
             "robust": robust.fillna(False),
             "fragile": ~robust.fillna(True),
-            "asked": (labels["stands"] == "done").fillna(False),
-            "stands": items_placed_by_case(labels["failing_step_stands"], labels["item_count"]),
+            "stands": items_placed_by_case(
+                standing["failing_step"], standing["item_count"]
+            ).reindex(labels.index),
         }
     )
     first = judged.results[judged.results["repetition"] == 0]
@@ -91,7 +94,7 @@ def verdicts(judged: JudgedCases) -> pd.DataFrame:
         right_robust=right.where(found["robust"]),
         right_fragile=right.where(found["fragile"]),
         right_failing=right.where(~is_stable),
-        right_stands=(done & (placed == found["stands"])).where(found["asked"]),
+        right_stands=(done & (placed == found["stands"])).where(found["stands"].notna()),
     )
     place = {spec: number for number, spec in enumerate(judged.keys)}
     return found.sort_values("method", key=lambda own: own.map(place), kind="stable")

@@ -19,7 +19,7 @@ from steadyload.layouts.sizes import MOST_SMALL
 from steadyload.methods.contract.spec import parse_spec
 from steadyload.methods.naming import MethodKey, named
 from steadyload.runs.definition import AS_GIVEN
-from steadyload.runs.labels import LABELS, item_lists, load_labels
+from steadyload.runs.labels import LABELS, item_lists, labels_on, load_labels
 from steadyload.runs.provenance import provenance_lines
 from steadyload.runs.results import KEYS, ResultsError, each_table, in_order, load_manifest
 from steadyload.statistics.metrics import outcomes
@@ -166,14 +166,10 @@ class JudgedCases:
         assert self.labels is not None, "the run is on a labelled set"
         if question_named(question) == Question.WITHIN:
             return self
-        found = self.only((self.labels["stands"] == "done").fillna(False).to_numpy(bool))
-        assert found.labels is not None
-        labels = found.labels.assign(
-            failing_step=found.labels["failing_step_stands"],
-            confidence=math.nan,
-            robust=pd.array([pd.NA] * len(found.labels), "boolean"),
-            stands=None,
-        )
+        labels = labels_on(self.labels, question)
+        found = self.only(self.labels.index.isin(labels.index))
+        nothing = pd.array([pd.NA] * len(labels), "boolean")
+        labels = labels.assign(confidence=math.nan, robust=nothing, stands=None)
         about = {**self.manifest["labels"], "natural_stable": {}}
         return replace(found, manifest={**self.manifest, "labels": about}, labels=labels)
 

@@ -30,7 +30,7 @@ from steadyload.layouts.files.refusals import Refusals
 from steadyload.layouts.formats import read_written
 from steadyload.layouts.model.batch import LayoutBatch
 from steadyload.layouts.model.layout import Layout, LayoutError
-from steadyload.layouts.model.question import Question
+from steadyload.layouts.model.question import Question, question_named
 from steadyload.layouts.model.scenarios import Scenario
 from steadyload.reading import MAX_TABLE_BYTES, content_of
 from steadyload.runs.definition import StudyDefinition
@@ -182,6 +182,19 @@ def _labels(benchmark: Benchmark, chosen: pd.DataFrame) -> pd.DataFrame:
     classes = benchmark.layouts["item_class"].astype(str)
     joined = chosen.join(sure, on=KEYS).join(stands, on=KEYS).join(classes, on="layout")
     return joined.astype({"robust": "boolean"})[LABELS.names]
+
+
+def statuses_on(labels: pd.DataFrame, question: Question) -> pd.Series:
+    """How labelling for a question ended, by case; missing where it was not asked."""
+    within = question_named(question) == Question.WITHIN
+    return pd.Series("done", labels.index) if within else labels["stands"]
+
+
+def labels_on(labels: pd.DataFrame, question: Question) -> pd.DataFrame:
+    """The rows of cases that have a label of a question, with that as ``failing_step``."""
+    known = labels[(statuses_on(labels, question) == "done").fillna(False)]
+    steps = {Question.WITHIN: "failing_step", Question.STANDS: "failing_step_stands"}
+    return known.assign(failing_step=known[steps[question]])
 
 
 def item_lists(labels: pd.DataFrame) -> NDArray[np.object_]:

@@ -39,6 +39,7 @@ from steadyload.runs.answers import answers_of, judged_layouts, listed_cases
 from steadyload.runs.costs import timed_costs
 from steadyload.runs.evaluation import ALL, labelled_part
 from steadyload.runs.judged import JudgedCases, load_judged, manifest_lines
+from steadyload.runs.labels import statuses_on
 from steadyload.runs.paper import paper
 from steadyload.runs.results import kept_layouts, load_results
 from steadyload.runs.timing import BLOCK
@@ -164,7 +165,7 @@ def of_question(
     by_boxes = places.by_boxes(binned, rows, lines)
     parts = places.origins(of_set)
     own_spans = places.spans(frame) if limited else []
-    lost = labels_of(every)["stands"].drop(judged.said.index).fillna("not asked")
+    lost = statuses_on(labels_of(every), question).drop(judged.said.index).fillna("not asked")
     printed = paper() if not limited and question == Question.WITHIN else None
     margin = benchmark.cases.set_index(KEYS).loc[judged.said.index, "margin"]
     held = [YARDSTICK] if main.timed and YARDSTICK in main.timed.times.cpu else []
