@@ -93,16 +93,14 @@ def default_help() -> str:
 
 def _of_size(boxes: int, question: str) -> Iterable[Preference]:
     """Preferences for a load, without cascades that the package has no thresholds of."""
-    from steadyload.layouts.model.question import with_question
-
     for one in PREFERENCES:
         fits = one.question == question and (one.most is None or boxes <= one.most)
-        if fits and (one.engine is None or with_question(one.engine, question) in _fitted()):
+        if fits and (one.engine is None or (one.engine, question) in _fitted()):
             yield one
 
 
 @cache
-def _fitted() -> frozenset[str]:
+def _fitted() -> frozenset[tuple[str, str]]:
     """Engines and questions that the package has thresholds for."""
     from steadyload.methods.cascade.thresholds import fitted_for
 

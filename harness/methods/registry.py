@@ -30,7 +30,7 @@ from steadyload.methods.contract.spec import (
     canonical,
     parse_spec,
 )
-from steadyload.methods.tuned import ABOUT, tuned, tuned_name
+from steadyload.methods.tuned import ABOUT, tuned
 from steadyload.plugins import OWN, PluginError, faulty, loaded
 from steadyload.reading import own_file, toml_of
 
@@ -56,9 +56,9 @@ METHODS: dict[str, str] = {
 class Preset:
     """A method with stored parameters: ``title`` for tables, ``source`` for where they are from.
 
-    One that is tuned has other parameters on every engine, ``by_engine``, and exists on no other;
-    ``of_question`` holds those that were tuned for another question, by question.
-    ``questions``: those that it was made for, one at a time; empty where only one was thought of.
+    One that is tuned has other parameters on every engine, and exists on no other: ``tuned`` has
+    them by question and engine. ``questions``: those that it was made for, one at a time; empty
+    where only one was thought of.
     """
 
     name: str
@@ -66,9 +66,13 @@ class Preset:
     title: str
     source: str
     parameters: Mapping[str, Any] = field(default_factory=dict)
-    by_engine: Mapping[str, Mapping[str, Any]] | None = None
-    of_question: Mapping[str, Mapping[str, Mapping[str, Any]]] = field(default_factory=dict)
+    tuned: Mapping[str, Mapping[str, Mapping[str, Any]]] | None = None
     questions: tuple[Question, ...] = ()
+
+    @property
+    def by_engine(self) -> Mapping[str, Mapping[str, Any]] | None:
+        """The parameters of one that is tuned, for the question of the label; None of others."""
+        return None if self.tuned is None else self.tuned[Question.WITHIN]
 
     def parameters_on(self, engine: str | None, question: str | None = None) -> Mapping[str, Any]:
         """The stored parameters on an engine, tuned for a question where they were.
@@ -76,14 +80,12 @@ class Preset:
         Raises:
             SpecError: the preset is tuned, and was not on this engine.
         """
-        own = self.of_question.get(question or "", {})
-        if engine is not None and engine in own:
-            return own[engine]
-        if self.by_engine is None:
+        if self.tuned is None:
             return self.parameters
-        if engine is None or engine not in self.by_engine:
+        found = {**self.tuned[Question.WITHIN], **self.tuned.get(question or "", {})}
+        if engine is None or engine not in found:
             raise SpecError(f"{self.name}@{engine}: {self._missing_on(engine)}")
-        return self.by_engine[engine]
+        return found[engine]
 
     def _missing_on(self, engine: str | None) -> str:
         there = f"was tuned for {', '.join(self.by_engine or ()) or 'no engine yet'}"
@@ -108,17 +110,20 @@ def _stated() -> dict[str, Preset]:
 
 
 def _tuned() -> dict[str, Preset]:
-    found = {
-        name: {engine: entry.parameters for engine, entry in entries.items()}
-        for name, entries in tuned().items()
-    }
     return {
         name: Preset(
-            name, "simulation", about.title, about.source, {}, found[name],
-            {str(q): found.get(tuned_name(q, name), {}) for q in Question}, tuple(Question),
+            name,
+            "simulation",
+            about.title,
+            about.source,
+            tuned={
+                question: {e: own.parameters for e, own in tuned(question, name).items()}
+                for question in Question
+            },
+            questions=tuple(Question),
         )
         for name, about in ABOUT.items()
-    }  # fmt: skip
+    }
 
 
 def method_classes() -> dict[str, str]:

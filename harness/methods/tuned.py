@@ -1,24 +1,21 @@
 """Parameters that searches found, with their provenance: ``tuned.json``.
 
-``{name: {engine: {"parameters": ..., "made_by": ...}}}``; for another question than that of the
-label the name is ``PRESET:question=...``. Searches write it
-(``steadyload tune --write-preset``); nobody edits it.
+A list of records: ``preset``, ``question``, ``engine``, ``parameters``, ``made_by``. Searches write
+it (``steadyload tune --write-preset``); nobody edits it.
 """
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from steadyload.atomic import write_atomically
 from steadyload.engines.registry import engines_here
-from steadyload.layouts.model.question import Question, with_question
+from steadyload.layouts.model.question import Question, question_named
 from steadyload.reading import own_file
-from steadyload.stored import REMEDY, StoredFileError, stored_object
+from steadyload.stored import REMEDY, StoredFileError, store_list, stored_list
 
 TUNED, EQUAL = "ps_opt", "ps_opt-equal"
 """Names of the tuned presets: the best that is known on every engine, and what searches found that
@@ -60,18 +57,14 @@ class Tuned:
     made_by: Mapping[str, Any]
 
 
-def tuned_name(question: str, preset: str = TUNED) -> str:
-    """Name of a tuned preset's entry for a question: that of the label has the plain name."""
-    return with_question(preset, question)
-
-
-def tuned() -> Mapping[str, Mapping[str, Tuned]]:
-    """Tuned parameters, by name of the preset and by engine.
+def tuned(question: str = Question.WITHIN, preset: str = TUNED) -> Mapping[str, Tuned]:
+    """The tuned parameters of a preset for a question, by engine.
 
     Raises:
+        QuestionError: no such question.
         StoredFileError: the file is damaged.
     """
-    return _read(FILE)
+    return _read(FILE).get((preset, question_named(question)), {})
 
 
 def tuned_engines() -> tuple[str, ...]:
@@ -80,40 +73,39 @@ def tuned_engines() -> tuple[str, ...]:
     Raises:
         StoredFileError: see :func:`tuned`.
     """
-    found = [tuned().get(tuned_name(question), {}) for question in Question]
+    found = [tuned(question) for question in Question]
     return tuple(name for name in engines_here() if all(name in own for own in found))
 
 
 @cache
-def _read(file: Path) -> Mapping[str, Mapping[str, Tuned]]:
-    return {name: {} for name in ABOUT} | {
-        name: {engine: Tuned(**entry) for engine, entry in engines.items()}
-        for name, engines in _entries(file).items()
-    }
+def _read(file: Path) -> Mapping[tuple[str, str], Mapping[str, Tuned]]:
+    """Tuned parameters by preset and question, then by engine."""
+    found: dict[tuple[str, str], dict[str, Tuned]] = {}
+    for record in _records(file):
+        own = found.setdefault((record["preset"], record["question"]), {})
+        own[record["engine"]] = Tuned(record["parameters"], record["made_by"])
+    return found
 
 
-def _entries(file: Path) -> dict[str, dict[str, dict[str, Any]]]:
-    found = stored_object(file, REMEDY) if file.exists() else {}
-    for engines in found.values():
-        if not isinstance(engines, dict) or not all(map(_is_entry, engines.values())):
+_NAMES, _VALUES = ("preset", "question", "engine"), ("parameters", "made_by")
+"""Keys of a record that hold texts, and that hold objects."""
+
+
+def _records(file: Path) -> list[dict[str, Any]]:
+    found = stored_list(file, "tuned", REMEDY)
+    for record in found:
+        named = all(isinstance(record.get(key), str) for key in _NAMES)
+        if not named or not all(isinstance(record.get(key), dict) for key in _VALUES):
             raise StoredFileError(file, REMEDY)
     return found
 
 
-def _is_entry(entry: Any) -> bool:
-    return (
-        isinstance(entry, dict)
-        and entry.keys() == {"parameters", "made_by"}
-        and all(isinstance(part, dict) for part in entry.values())
-    )
-
-
-def write_tuned(name: str, engine: str, found: Tuned) -> Path:
-    """Replace the tuned parameters of an engine by newly found ones; returns :data:`FILE`."""
-    entries = _entries(FILE)
-    entry = {"parameters": dict(found.parameters), "made_by": dict(found.made_by)}
-    entries.setdefault(name, {})[engine] = entry
-    ordered = {n: dict(sorted(engines.items())) for n, engines in sorted(entries.items())}
-    write_atomically(FILE, json.dumps(ordered, indent=1) + "\n")
+def write_tuned(question: str, engine: str, found: Tuned, preset: str = TUNED) -> Path:
+    """Replace the tuned parameters on an engine by newly found ones; returns :data:`FILE`."""
+    names = (preset, str(question_named(question)), engine)
+    values = (dict(found.parameters), dict(found.made_by))
+    records = {tuple(map(record.get, _NAMES)): record for record in _records(FILE)}
+    records[names] = dict(zip((*_NAMES, *_VALUES), (*names, *values), strict=True))
+    store_list(FILE, "tuned", [records[names] for names in sorted(records)])
     _read.cache_clear()
     return FILE

@@ -28,7 +28,7 @@ from steadyload.methods.contract.method import Effort
 from steadyload.methods.contract.spec import SpecError
 from steadyload.methods.registry import make_method
 from steadyload.methods.simulation.simulation_parameters import SimulationParameters
-from steadyload.methods.tuned import TUNED, tuned, tuned_name
+from steadyload.methods.tuned import TUNED, tuned
 from steadyload.reading import MAX_STORED_BYTES, content_of, json_of
 from steadyload.runs.pool import PartLimit, SinglePart, run_units
 from steadyload.runs.provenance import made_by
@@ -160,7 +160,7 @@ def calibrate(
     if with_goal:
         anchors.insert(0, GOAL.format(engine=space.engine))
     question = question_of(space.name)
-    before = tuned().get(tuned_name(question), {}).get(space.engine)
+    before = tuned(question).get(space.engine)
     if before is not None and before.made_by["space"] == space.name:
         anchors.append(with_question(f"{TUNED}@{space.engine}", question))
     specs = list(anchors)

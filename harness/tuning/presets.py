@@ -9,7 +9,7 @@ from typing import Any
 from steadyload.errors import nearest
 from steadyload.layouts.model.question import Question, with_question
 from steadyload.methods.contract.spec import as_plain, parse_spec
-from steadyload.methods.tuned import ABOUT, TUNED, Tuned, tuned, tuned_name, write_tuned
+from steadyload.methods.tuned import ABOUT, TUNED, Tuned, tuned, write_tuned
 from steadyload.tuning import TuningError
 from steadyload.tuning.cost import CostModel
 from steadyload.tuning.options import SearchOptions
@@ -29,8 +29,8 @@ def write_preset(search: Search, name: str = TUNED) -> Path:
     """
     check_preset(name)
     check_remakable(search.made_by)
-    entry = tuned_name(search.options.source.question, name)
-    return write_tuned(entry, search.options.engine, preset(search))
+    options = search.options
+    return write_tuned(options.source.question, options.engine, preset(search), name)
 
 
 def check_preset(name: str) -> None:
@@ -103,14 +103,13 @@ def differences(spec: str, found: Tuned) -> list[str]:
 def _entry(spec: str) -> Tuned:
     parsed = parse_spec(spec)
     question = dict(parsed.values).get("question", Question.WITHIN)
-    entry = tuned_name(question, parsed.name)
-    found = tuned().get(entry, {}) if parsed.name in ABOUT else {}
+    found = tuned(question, parsed.name)
     if parsed.engine is None or parsed.engine not in found:
         known = [
             with_question(f"{name}@{engine}", asked)
             for name in ABOUT
             for asked in Question
-            for engine in tuned().get(tuned_name(asked, name), ())
+            for engine in tuned(asked, name)
         ]
         raise TuningError(f"{spec}: no search found it; allowed: {', '.join(known) or 'none yet'}")
     return found[parsed.engine]

@@ -1,5 +1,6 @@
 """The default method: by number of boxes, by what is installed, and by what thresholds are for."""
 
+import itertools
 import json
 from collections import Counter
 
@@ -18,7 +19,8 @@ from steadyload.engines.world import EngineNotInstalledError
 from steadyload.layouts.files.record import Refused
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.model.layout import Item, Layout, LayoutError, Pallet
-from steadyload.methods.cascade.thresholds import FILE
+from steadyload.layouts.model.question import Question
+from steadyload.methods.cascade.thresholds import fitted_for
 from steadyload.methods.registry import make_method
 from steadyload.methods.session.recording import record_loading
 
@@ -39,7 +41,7 @@ def column(name, boxes):
 @pytest.fixture(autouse=True)
 def anew(monkeypatch):
     """All four cascades have thresholds, and nothing has been said yet."""
-    fitted = frozenset(("rapier", "rapier:question=stands", "mujoco", "mujoco:question=stands"))
+    fitted = frozenset(itertools.product(("rapier", "mujoco"), Question))
     monkeypatch.setattr(check_defaults, "_fitted", lambda: fitted)
     check_defaults._say_once.cache_clear()
     yield
@@ -84,7 +86,7 @@ def test_without_rapier_one_sentence_says_what_takes_its_place(hide, caplog):
 @pytest.mark.parametrize("hidden", [(), ("rapier3d",)])
 def test_without_thresholds_for_rapier_nothing_is_missed(hidden, hide, monkeypatch, caplog):
     hide(*hidden)
-    monkeypatch.setattr(check_defaults, "_fitted", lambda: {"mujoco:question=stands"})
+    monkeypatch.setattr(check_defaults, "_fitted", lambda: {("mujoco", "stands")})
     assert default_method(30) == MUJOCO
     assert caplog.messages == []
 
@@ -113,9 +115,9 @@ def test_of_methods_without_an_engine_the_most_accurate_measured_on_its_size_is_
 
 def test_a_cascade_is_the_default_as_soon_as_the_package_has_its_thresholds(monkeypatch):
     monkeypatch.undo()
-    keys = json.loads(FILE.read_text())
-    assert MUJOCO.removeprefix("cascade@") in keys
-    here = registry.missing_packages("rapier") == () and RAPIER.removeprefix("cascade@") in keys
+    fitted = fitted_for()
+    assert ("mujoco", "stands") in fitted
+    here = registry.missing_packages("rapier") == () and ("rapier", "stands") in fitted
     assert default_method(30) == (RAPIER if here else MUJOCO)
 
 

@@ -14,18 +14,18 @@ from steadyload.atomic import manifest_text
 from steadyload.engines.registry import engines, world_class
 from steadyload.engines.world import EngineNotInstalledError
 from steadyload.layouts import Item, Layout, Pallet
-from steadyload.layouts.model.question import Question
+from steadyload.layouts.model.question import Question, with_question
 from steadyload.layouts.packing.packing import random_layouts
 from steadyload.methods import registry
 from steadyload.methods.cascade.cascade import Cascade
 from steadyload.methods.cascade.thresholds import (
-    FILE,
     Ladder,
     Larger,
     Stage,
     Thresholds,
     ThresholdsError,
     fingerprint,
+    fitted_for,
     load_thresholds,
     write_thresholds,
 )
@@ -42,6 +42,7 @@ from steadyload.methods.rules.base_support import FullBaseSupport
 from steadyload.properties.property import MethodUnderTest
 from steadyload.properties.registry import PROPERTIES
 from steadyload.properties.search import search
+from steadyload.stored import StoredFileError
 
 LAST = "ps_opt@mujoco"
 
@@ -379,16 +380,20 @@ def test_what_is_not_there_says_what_to_do(cascade, tmp_path):
         make_method(f"cascade@dart:thresholds={file}").prepare()
     with pytest.raises(ThresholdsError, match="no such file of thresholds"):
         load_thresholds("dart", tmp_path)
-    file.write_text("{}")
+    file.write_text("[]")
     with pytest.raises(ThresholdsError, match="no engine yet; to fit them run steadyload cascade"):
         make_method(f"cascade@dart:thresholds={file}").prepare()
     asked = cascade()
     other = make_method(f"cascade@mujoco:budget=3,thresholds={asked.parameters.thresholds}")
     with pytest.raises(ThresholdsError, match=r"budget is 3; allowed: 0\.5$"):
         other.prepare()
-    for text in ("{", "[]", '{"dart": {}}', '{"dart": {"default": 1, "budgets": {}}}'):
+    for record in ("", '"default": 1, "budgets": {}, ', '"default": 1, "budgets": 2, '):
+        file.write_text(f'{{"fitted": [{{{record}"engine": "dart", "question": "within"}}]}}')
+        with pytest.raises(ThresholdsError, match=r"none.json: holds no thresholds for dart"):
+            load_thresholds("dart", file)
+    for text in ("{", "{}", '{"fitted": [{"engine": "dart"}]}', '{"fitted": {"dart": {}}}'):
         file.write_text(text)
-        with pytest.raises(ThresholdsError, match=r"none.json: (is no file|holds no) "):
+        with pytest.raises(StoredFileError, match=r"none.json: is damaged; remove it to fit anew"):
             load_thresholds("dart", file)
 
 
@@ -400,7 +405,8 @@ def test_thresholds_are_read_as_they_were_written(tmp_path):
     write_thresholds("mujoco", dataclasses.replace(written, default=0.25), file)
     assert load_thresholds("dart", file) == written
     assert load_thresholds("mujoco", file).default == 0.25
-    assert list(json.loads(file.read_text())) == ["dart", "mujoco", "checksum"]
+    records = json.loads(file.read_text())["fitted"]
+    assert [record["engine"] for record in records] == ["dart", "mujoco"]
 
 
 def test_only_a_stage_of_few_items_or_of_thresholds_by_size_states_them(tmp_path):
@@ -408,7 +414,7 @@ def test_only_a_stage_of_few_items_or_of_thresholds_by_size_states_them(tmp_path
     sized = Stage("lstm_e", 0.02, None, None, (Larger(60, 0.3, 0.9), Larger(90, None, 0.8)))
     ladder = Ladder((Stage("fbs", 0.1, None), Stage("lstm_1", None, 0.9, 40), sized), LAST, {})
     write_thresholds("dart", Thresholds(1.0, {1.0: ladder}, {}, {}), tmp_path / "t.json")
-    stored = json.loads((tmp_path / "t.json").read_text())["dart"]["budgets"]["1"]["stages"]
+    stored = json.loads((tmp_path / "t.json").read_text())["fitted"][0]["budgets"]["1"]["stages"]
     assert stored == [
         {"method": "fbs", "low": 0.1, "high": None},
         {"method": "lstm_1", "low": None, "high": 0.9, "items": 40},
@@ -431,7 +437,7 @@ def test_a_file_whose_numbers_of_items_do_not_ascend_holds_no_thresholds(tmp_pat
     write_thresholds("dart", Thresholds(1.0, {1.0: ladder}, {}, {}), file)
     entries = json.loads(file.read_text())
     del entries["checksum"]
-    entries["dart"]["budgets"]["1"]["stages"][0]["larger"][0]["above"] = 0
+    entries["fitted"][0]["budgets"]["1"]["stages"][0]["larger"][0]["above"] = 0
     file.write_text(manifest_text(entries))
     with pytest.raises(ThresholdsError, match="holds no thresholds for dart"):
         load_thresholds("dart", file)
@@ -494,8 +500,7 @@ def test_a_cascade_is_judged_step_by_step(name, cascade):
 OPTIONAL = pytest.mark.deep("needs the extra rapier")
 SHIPPED = [
     pytest.param(key, marks=OPTIONAL if engines()[key.partition(":")[0]].optional else ())
-    for key in json.loads(FILE.read_text())
-    if key != "checksum"
+    for key in sorted(with_question(*names) for names in fitted_for())
 ]
 
 

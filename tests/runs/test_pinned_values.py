@@ -17,7 +17,7 @@ from steadyload.layouts.benchmark.parts import SETS
 from steadyload.layouts.model.question import Question
 from steadyload.methods.cascade.thresholds import ThresholdsError, load_thresholds
 from steadyload.methods.registry import make_method
-from steadyload.methods.tuned import ABOUT, tuned, tuned_name
+from steadyload.methods.tuned import ABOUT, tuned
 from steadyload.runs.definition import StudyDefinition
 from steadyload.runs.labels import labelled_material
 from steadyload.tuning.cases import CaseSource, fingerprint, load_cases
@@ -59,7 +59,7 @@ def of_tuned():
         f"{preset} {question}": of_values(
             {
                 engine: [dict(found.parameters), dict(found.made_by)]
-                for engine, found in tuned().get(tuned_name(question, preset), {}).items()
+                for engine, found in tuned(question, preset).items()
             }
         )
         for preset in ABOUT

@@ -16,7 +16,7 @@ from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.model.layout import Item, Layout, Pallet
 from steadyload.layouts.model.question import Question, QuestionError
 from steadyload.methods.cascade.thresholds import load_thresholds
-from steadyload.methods.tuned import tuned_name
+from steadyload.methods.tuned import tuned
 from steadyload.runs.able import asked_question, asked_to_stand, spec_with_question
 
 
@@ -32,7 +32,7 @@ DOORS = {
     "confidence_on": lambda lists, question: lists.confidence_on(question),
     "front_for": lambda lists, question: front_for(load_fronts(), question, 30).measured_on(),
     "load_thresholds": lambda lists, question: load_thresholds("rapier", question=question).made_of,
-    "tuned_name": lambda lists, question: tuned_name(question),
+    "tuned": lambda lists, question: tuned(question),
     "default_method": lambda lists, question: default_method(30, question),
 }
 

@@ -25,12 +25,12 @@ def judged(tmp_path_factory):
 def test_searches_differ_in_their_engine_alone():
     searches = [
         {key: value for key, value in entry.made_by.items() if key not in DESCRIPTION}
-        for entry in tuned()[EQUAL].values()
+        for entry in tuned(preset=EQUAL).values()
     ]
     assert len(searches) >= 5
     assert all(own == searches[0] for own in searches)
     assert searches[0]["begin_with"] == []
-    cases = {entry.made_by["found"]["cases"] for entry in tuned()[EQUAL].values()}
+    cases = {entry.made_by["found"]["cases"] for entry in tuned(preset=EQUAL).values()}
     assert len(cases) == 1
 
 

@@ -10,6 +10,7 @@ import pytest
 
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.benchmark.parts import set_named
+from steadyload.layouts.model.question import with_question
 from steadyload.learners.weights import load_weights, shipped_weights
 from steadyload.methods.contract.method import Status
 from steadyload.studies.published import FOLDER, ROWS
@@ -39,26 +40,24 @@ def version(made_by):
 
 def searched():
     """Parts that presets were searched on, and the version, by spec."""
-    for name, engines in stored("tuned.json").items():
-        family, _, question = name.partition(":")
-        for engine, entry in engines.items():
-            source = entry["made_by"]["source"]
-            parts = [f"{source['directory'] or LARGE} {source['part']}"]
-            parts += [f"{other} validation" for other in source.get("data", ())]
-            spec = f"{family}@{engine}" + (f":{question}" if question else "")
-            yield spec, (", ".join(parts), version(entry["made_by"]))
+    for record in stored("tuned.json")["tuned"]:
+        source = record["made_by"]["source"]
+        parts = [f"{source['directory'] or LARGE} {source['part']}"]
+        parts += [f"{other} validation" for other in source.get("data", ())]
+        spec = with_question(f"{record['preset']}@{record['engine']}", record["question"])
+        yield spec, (", ".join(parts), version(record["made_by"]))
 
 
 def fitted():
     """The same of thresholds of cascades."""
-    for name, entry in stored("cascades.json").items():
-        if isinstance(entry, dict):
-            made_by = entry["made_by"]
-            parts = [f"{made_by['directory']} fitting"]
-            parts += [f"{other} validation" for other in made_by["data"]]
-            if falls := made_by.get("falls"):
-                parts += [f"{falls} train", f"{falls} validation"]
-            yield f"cascade@{name}", (", ".join(parts), version(made_by))
+    for record in stored("cascades.json")["fitted"]:
+        made_by = record["made_by"]
+        parts = [f"{made_by['directory']} fitting"]
+        parts += [f"{other} validation" for other in made_by["data"]]
+        if falls := made_by.get("falls"):
+            parts += [f"{falls} train", f"{falls} validation"]
+        spec = with_question(f"cascade@{record['engine']}", record["question"])
+        yield spec, (", ".join(parts), version(made_by))
 
 
 def trained():

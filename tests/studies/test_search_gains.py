@@ -7,7 +7,7 @@ from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.benchmark.parts import LISTS
 from steadyload.layouts.model.question import Question, with_question
 from steadyload.methods.registry import make_method
-from steadyload.methods.tuned import tuned, tuned_name
+from steadyload.methods.tuned import tuned
 from steadyload.statistics.paired import detectable
 from steadyload.studies.kit import Lab
 from steadyload.studies.tuning.gains import search_gains
@@ -32,7 +32,7 @@ def test_every_engine_with_a_preset_is_compared_for_both_questions(found):
 @pytest.mark.parametrize("engine", ENGINES)
 def test_the_gain_is_what_the_preset_has_right_more_often(found, engine, question):
     [own] = [one for one in found if (one.engine, one.question) == (engine, question)]
-    entry = tuned()[tuned_name(question)][engine]
+    entry = tuned(question)[engine]
     space = space_on(engine, entry.made_by["space"])
     specs = (space.spec(space.start), with_question(f"ps_opt@{engine}", question))
     benchmark, right = load_benchmark(LISTS), dict.fromkeys(specs, 0)

@@ -246,7 +246,7 @@ def test_presets_are_written_before_they_are_compared(tmp_path, monkeypatch):
     monkeypatch.setattr("steadyload.methods.tuned.FILE", tmp_path / "tuned.json")
     monkeypatch.setattr(
         "steadyload.studies.tuning.comparing.compare",
-        lambda lab, searches, limit, _: (tuned()[TUNED], [one.name for one in searches], limit),
+        lambda lab, searches, limit, _: (tuned(), [one.name for one in searches], limit),
     )
     study = replace(STUDY, searches=(SEARCHES / "chipmunk-seed-0",), write_presets=True, limit=7)
     presets, names, limit = study.run(Lab(tmp_path))

@@ -11,7 +11,7 @@ from steadyload.methods import registry, tuned
 from steadyload.methods.contract.spec import SpecError, as_plain
 from steadyload.methods.registry import make_method, method_listing
 from steadyload.methods.simulation.simulation_parameters import OF_STANDS
-from steadyload.methods.tuned import Tuned, tuned_name, write_tuned
+from steadyload.methods.tuned import Tuned, write_tuned
 from steadyload.studies.kit import Lab
 from steadyload.studies.tuning.comparing import compare
 from steadyload.studies.tuning.searching import searching
@@ -104,10 +104,11 @@ def test_a_preset_is_what_was_found(search, presets_file):
 
 
 def test_a_preset_of_another_engine_stays(search, presets_file):
-    write_tuned("ps_opt", "bullet", Tuned({"eps_t": 12}, {}))
+    write_tuned("within", "bullet", Tuned({"eps_t": 12}, {}))
     write_preset(search)
     assert make_method("ps_opt@bullet").parameters.eps_t == 12
-    assert list(json.loads(presets_file.read_text())["ps_opt"]) == ["bullet", "mujoco"]
+    records = json.loads(presets_file.read_text())["tuned"]
+    assert [record["engine"] for record in records] == ["bullet", "mujoco"]
 
 
 def test_a_preset_is_found_again(search, presets_file, tmp_path):
@@ -120,14 +121,14 @@ def test_a_preset_is_found_again(search, presets_file, tmp_path):
     assert len(again.ledger.entries) == len(search.ledger.entries)
     assert differences("ps_opt@mujoco", preset(again)) == []
     found = preset(search)
-    write_tuned("ps_opt", "mujoco", dataclasses.replace(
+    write_tuned("within", "mujoco", dataclasses.replace(
         found, parameters={**found.parameters, "eps_t": 99}))  # fmt: skip
     [unlike] = differences("ps_opt@mujoco", preset(again))
     assert unlike == f"eps_t is {found.parameters['eps_t']!r}, was 99"
 
 
 def test_a_preset_of_equal_searches_stands_beside_the_best_one(search, presets_file):
-    write_tuned("ps_opt", "mujoco", Tuned({"eps_t": 12}, {}))
+    write_tuned("within", "mujoco", Tuned({"eps_t": 12}, {}))
     write_preset(search, "ps_opt-equal")
     own = make_method("ps_opt-equal@mujoco")
     assert own.parameters == search.space.parameters(search.fittest().genotype)
@@ -152,7 +153,7 @@ def test_a_preset_has_one_of_the_known_names(search, presets_file, tmp_path, cap
 def test_what_a_search_began_with_is_written_down(search, presets_file, tmp_path):
     """As values: the name will stand for something else."""
     found = preset(search)
-    write_tuned("ps_opt", "mujoco", dataclasses.replace(
+    write_tuned("within", "mujoco", dataclasses.replace(
         found, parameters={**found.parameters, "eps_t": 11.5, "shrink": 1e-4}))  # fmt: skip
     known = search.space.genotype("ps_opt@mujoco")
     assert known not in search.ledger.entries
@@ -164,7 +165,7 @@ def test_what_a_search_began_with_is_written_down(search, presets_file, tmp_path
     assert fitness(best.trial, later.goal) >= fitness(judged.trial, later.goal)
     assert Search.of(tmp_path / "later").options.begin_with == (search.space.spec(known),)
     assert searching(later).known == 1
-    write_tuned("ps_opt", "mujoco", preset(later))
+    write_tuned("within", "mujoco", preset(later))
     again = Search(tmp_path / "again", options_of("ps_opt@mujoco"))
     assert again.known == (known,)
     again.run(workers=0)
@@ -185,7 +186,7 @@ def test_a_preset_of_another_question_has_a_place_of_its_own(search, presets_fil
         own, question=Question.STANDS, **OF_STANDS
     )
     found = Tuned({"eps_t": 12, "t_max": 2.0, "question": "stands"}, {})
-    write_tuned(tuned_name(Question.STANDS), "mujoco", found)
+    write_tuned("stands", "mujoco", found)
     stands = make_method("ps_opt@mujoco:question=stands").parameters
     assert (stands.eps_t, stands.t_max, stands.question) == (12.0, 2.0, Question.STANDS)
     assert make_method("ps_opt@mujoco").parameters == own

@@ -168,11 +168,11 @@ def test_what_is_remade_is_compared_before_it_is_written(
     (tmp_path / "search.jsonl").write_text(searched)
     found = preset(Search.of(tmp_path))
     other = dataclasses.replace(found, parameters={**found.parameters, "eps_t": 99})
-    write_tuned("ps_opt", "mujoco", other)
+    write_tuned("within", "mujoco", other)
     command = ["tune", "--remake", "ps_opt@mujoco", "--write-preset", "-j", "1"]
     assert main([*command, "-o", str(tmp_path / "remade")]) == 1
     assert "eps_t is" in capfd.readouterr().err
-    assert tuned.tuned()["ps_opt"]["mujoco"].parameters == found.parameters
+    assert tuned.tuned()["mujoco"].parameters == found.parameters
 
 
 def test_whoever_proposes_leaves_an_interrupt_to_others():

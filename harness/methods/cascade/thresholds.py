@@ -1,11 +1,10 @@
 """Accept and reject thresholds of cascades: ``cascades.json``, written by a command, never by hand.
 
-``{engine: {"default": budget, "budgets": {budget: {"stages": ..., "last": ..., "found": ...}},
-"made_of": ..., "made_by": ...}}``; for another question than that of the label the key is
-``ENGINE:question=...``. A stage is ``{"method": ..., "low": ..., "high": ...}``; it has
-``"items": 60`` where it scores the steps of few items alone, and ``"larger": [{"above": 40, "low":
-..., "high": ...}, ...]`` where thresholds depend on the number of items. ``steadyload cascade fit``
-writes it.
+A list of records: ``engine``, ``question``, ``default`` budget, ``budgets``, which has ``stages``,
+``last`` and ``found`` by budget, ``made_of`` and ``made_by``. A stage is
+``{"method": ..., "low": ..., "high": ...}``; it has ``"items": 60`` where it scores the steps of
+few items alone, and ``"larger": [{"above": 40, "low": ..., "high": ...}, ...]`` where thresholds
+depend on the number of items. ``steadyload cascade fit`` writes it.
 """
 
 from __future__ import annotations
@@ -19,21 +18,21 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from steadyload.atomic import (
-    ChecksumError,
-    manifest_text,
-    verified_manifest,
-    write_atomically,
-)
 from steadyload.config import bind
 from steadyload.escaping import printable
-from steadyload.layouts.model.question import Question, with_question
+from steadyload.layouts.model.question import Question, question_named, with_question
 from steadyload.methods.contract.method import Method
 from steadyload.methods.contract.spec import SpecError, stored_values
-from steadyload.reading import MAX_STORED_BYTES, content_of, json_of, own_file
+from steadyload.reading import own_file
+from steadyload.stored import StoredFileError, store_list, stored_list
 
 FILE = own_file("steadyload.methods", "cascades.json")
 """The thresholds that come with the package."""
+
+_NAMES = ("engine", "question")
+"""Keys of a record that name what its thresholds are for."""
+
+_REMEDY = "remove it to fit anew"
 
 _LONGEST = 200
 """Characters of names from a file in a message."""
@@ -196,33 +195,34 @@ def load_thresholds(
 
     Raises:
         ThresholdsError: nothing was, there is no such file, or it is none of thresholds.
+        StoredFileError: the file is damaged.
     """
+    question = question_named(question)
     if not file.is_file():
         raise ThresholdsError(
             f"{file}: no such file of thresholds; to make it run {fit_command(engine, question)} "
             f"-o {file}"
         )
-    entries, key = _read(file), with_question(engine, question)
-    if key not in entries:
-        known = printable(", ".join(entries), _LONGEST) or "no engine yet"
-        fitted = f"thresholds were fitted for {known}"
+    key, records = with_question(engine, question), _records(file)
+    if (engine, question) not in records:
+        known = printable(", ".join(with_question(*names) for names in records), _LONGEST)
         raise ThresholdsError(
-            f"cascade@{key}: {fitted}; to fit them run {fit_command(engine, question)}"
+            f"cascade@{key}: thresholds were fitted for {known or 'no engine yet'}; to fit them "
+            f"run {fit_command(engine, question)}"
         )
     try:
-        return _thresholds(entries[key])
+        return _thresholds(records[engine, question])
     except (KeyError, TypeError, ValueError, AttributeError):
         raise ThresholdsError(f"{file}: holds no thresholds for {key}") from None
 
 
-def fitted_for(file: Path = FILE) -> frozenset[str]:
-    """Engines that a file has thresholds for; for another question than that of the label
-    ``ENGINE:question=...``.
+def fitted_for(file: Path = FILE) -> frozenset[tuple[str, str]]:
+    """Engines and questions that a file has thresholds for.
 
     Raises:
-        ThresholdsError: it is no file of thresholds, or damaged.
+        StoredFileError: it is damaged.
     """
-    return frozenset(_read(file))
+    return frozenset(_records(file))
 
 
 def fit_command(engine: str, question: Question) -> str:
@@ -235,35 +235,29 @@ def write_thresholds(
     engine: str, fitted: Thresholds, file: Path = FILE, question: Question = Question.WITHIN
 ) -> Path:
     """Replace the thresholds of an engine and question by newly fitted ones; returns the file."""
-    entries = _read(file)
-    entries[with_question(engine, question)] = {
+    records = _records(file)
+    records[engine, str(question)] = {
+        "engine": engine,
+        "question": str(question),
         "default": fitted.default,
         "budgets": {f"{budget:g}": ladder.stored() for budget, ladder in fitted.ladders.items()},
         "made_of": dict(fitted.made_of),
         "made_by": dict(fitted.made_by),
     }
-    write_atomically(file, manifest_text(dict(sorted(entries.items()))))
+    store_list(file, "fitted", [records[names] for names in sorted(records)])
     return file
 
 
-def _read(file: Path) -> dict[str, Any]:
-    if not file.exists():
-        return {}
-    content = content_of(file, MAX_STORED_BYTES)
-    try:
-        entries = json_of(content)
-    except (ValueError, RecursionError):
-        entries = None
-    if not isinstance(entries, dict):
-        raise ThresholdsError(f"{file}: is no file of thresholds")
-    try:
-        return verified_manifest(entries)
-    except ChecksumError:
-        raise ThresholdsError(f"{file}: is damaged; remove it to fit anew") from None
+def _records(file: Path) -> dict[tuple[str, str], dict[str, Any]]:
+    """The records of a file, by engine and question; none where there is no such file."""
+    found = stored_list(file, "fitted", _REMEDY)
+    if not all(isinstance(record.get(key), str) for record in found for key in _NAMES):
+        raise StoredFileError(file, _REMEDY)
+    return {(record["engine"], record["question"]): record for record in found}
 
 
-def _thresholds(entry: Mapping[str, Any]) -> Thresholds:
-    stated = dict(entry)
+def _thresholds(record: Mapping[str, Any]) -> Thresholds:
+    stated = {key: value for key, value in record.items() if key not in _NAMES}
     stated["ladders"] = {float(key): ladder for key, ladder in stated.pop("budgets").items()}
     found = bind(Thresholds, stated, "thresholds")
     if found.default not in found.ladders:

@@ -47,7 +47,7 @@ def equal_searches(found: Evaluation) -> EqualSearches:
     Args:
         found: of both tuned presets on every engine of :func:`.tuned_engines`, and of others.
     """
-    entries = tuned()[EQUAL]
+    entries = tuned(preset=EQUAL)
     own = {engine: found.row(f"{EQUAL}@{engine}").accuracy for engine in tuned_engines()}
     best = max(own, key=lambda engine: own[engine].value)
 

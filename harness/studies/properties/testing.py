@@ -97,7 +97,7 @@ def usual_methods() -> list[str]:
     return [
         *STATIC_METHODS,
         *(f"label@{name}" for name in engines_here()),
-        *(f"{TUNED}@{name}" for name in engines_here() if name in tuned()[TUNED]),
+        *(f"{TUNED}@{name}" for name in engines_here() if name in tuned()),
         *FITTED_METHODS,
     ]
 

@@ -242,7 +242,7 @@ class _Runs:
         if fitting is None:
             return None
         [fitted] = fitting
-        preset = f"{TUNED if self.engine in tuned()[TUNED] else 'label'}@{self.engine}"
+        preset = f"{TUNED if self.engine in tuned() else 'label'}@{self.engine}"
         identified = self._identified()
         ways = {Way.PRESET: (_spelled(preset), AS_RECORDED), Way.FITTED: (fitted.spec, self.taken)}
         steps: dict[str, Taken] = {}

@@ -92,9 +92,7 @@ def compare(
             f"none of the searches is for the question {Question.WITHIN}, by whose labels the page "
             "compares presets; those for another question are left out"
         )
-    by_engine = {
-        engine: own for (engine, _), own in by_worth(asked).items() if engine in tuned()[TUNED]
-    }
+    by_engine = {engine: own for (engine, _), own in by_worth(asked).items() if engine in tuned()}
     if not by_engine:
         raise TuningError("none of these engines has a preset; steadyload tune --write-preset")
     plans = {engine: _Plan(engine, own) for engine, own in by_engine.items()}
@@ -145,7 +143,7 @@ class _Plan:
     """The specs that are judged on an engine with a preset, and rows of their results."""
 
     def __init__(self, engine: str, searches: Sequence[Search]) -> None:
-        stored, values = tuned()[TUNED][engine].parameters, tuned_values(engine)
+        stored, values = tuned()[engine].parameters, tuned_values(engine)
         finder = next((s for s in searches if preset(s).parameters == stored), None)
         if finder is None:
             raise TuningError(

@@ -8,7 +8,7 @@ from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.benchmark.parts import LISTS, Part
 from steadyload.layouts.model.question import Question, with_question
 from steadyload.methods.registry import make_method
-from steadyload.methods.tuned import TUNED, tuned, tuned_name
+from steadyload.methods.tuned import TUNED, tuned
 from steadyload.reports.columns import column, least_shown, percent, row
 from steadyload.runs.comparison import detectable
 from steadyload.runs.labels import Cases
@@ -47,7 +47,7 @@ def search_gains(lab: Lab, engines: Iterable[str], limit: int) -> list[SearchGai
     """
     wanted, gains = tuple(engines), []
     for question in Question:
-        entries = tuned().get(tuned_name(question), {})
+        entries = tuned(question)
         specs = {
             engine: (_start(engine, entries[engine].made_by["space"]), _preset(engine, question))
             for engine in wanted
