@@ -125,6 +125,26 @@ COLUMNS: Mapping[str, Shown] = {
     "changed": Shown("label changed %", forms.plain_percent),
     "most_accurate": Shown("most accurate"),
     "most_accurate_told": Shown("with the rule's parameters"),
+    # Engines
+    "engine": Shown("engine"),
+    "single": Shown("precision"),
+    "engine_right": Shown("{} %", _percent),
+    "genotypes": Shown("parameter sets searched"),
+    "searched_on": Shown("cases searched on"),
+    "found_there": Shown("accuracy there %", forms.plain_percent),
+    "more": Shown("more than ps_opt, points", _percent),
+    "pair": Shown("engines"),
+    "same": Shown("{} Hz", _percent),
+    "stable_at": Shown("{} Hz", _percent),
+    "cpu_at": Shown("{} Hz", forms.milliseconds),
+    "option": Shown("option"),
+    "option_changed": Shown("{}", _percent),
+    "option_ratio": Shown("{}", forms.significant),
+    "whole": Shown("share of all differences %", _percent),
+    "always": Shown("the same on all cases %", _percent),
+    "by_case": Shown("from case to case %", _percent),
+    "component": Shown("variance component %", _percent),
+    "freedom": Shown("degrees of freedom"),
     # Cascades
     "budget": Shown("budget, points"),
     "aim": Shown("aim"),
@@ -258,6 +278,8 @@ def across(
 ) -> pd.DataFrame:
     """Values by two things as a frame: a column ``NAME:KEY`` for every value of one of them.
 
+    Columns are in the order in which their keys appear, rows of one level likewise.
+
     Args:
         found: by two levels.
         by: the level that is laid across.
@@ -265,6 +287,8 @@ def across(
         counts: by key, a number of cases that its title states; None for none.
     """
     wide = found.unstack(by)[list(found.index.unique(by))]
+    if wide.index.nlevels == 1:
+        wide = wide.loc[found.index.droplevel(by).unique()]
     numbers = {} if counts is None else {key: f" (n {counts[key]})" for key in wide.columns}
     return wide.rename(columns=lambda key: f"{name}:{key}{numbers.get(key, '')}")
 

@@ -19,7 +19,11 @@ DESCRIPTION = ("found", "model", "goal", "engine", "git", "versions", "machine")
 def judged(tmp_path_factory):
     cases = Cases(load_benchmark(LISTS), Part.TEST, limit=4)
     specs = tuple(f"{name}@{engine}" for engine in ENGINES for name in (EQUAL, TUNED))
-    return Lab(tmp_path_factory.mktemp("equal"), 0).judge(specs, cases, folder="run", name="equal")
+    return (
+        Lab(tmp_path_factory.mktemp("equal"), 0)
+        .judge(specs, cases, folder="run", name="equal")
+        .judged
+    )
 
 
 def test_searches_differ_in_their_engine_alone():
@@ -44,17 +48,18 @@ def test_each_engine_is_compared_with_the_best_one_and_with_its_own_preset(judge
         for spec in right:
             verdict = make_method(spec).judge(benchmark.layout(case.layout, case.scenario))
             right[spec] += verdict.failing_step == label
-    assert (found.cases, found.item_lists) == (
+    assert (found["cases"], found["item_lists"]) == (
         12,
         benchmark.select("test", limit=4).instance.nunique(),
     )
+    rows = found["engines"]
     best = max(right[f"{EQUAL}@{engine}"] for engine in ENGINES)
-    assert max(own.accuracy.value for own in found.engines) == pytest.approx(best / 12)
-    assert not found.worse, "12 cases show no difference"
-    for own in found.engines:
+    assert max(own.value for own in rows["right"]) == pytest.approx(best / 12)
+    assert not found["worse"], "12 cases show no difference"
+    for own in rows.itertuples():
         equal, other = right[f"{EQUAL}@{own.engine}"], right[f"{TUNED}@{own.engine}"]
-        assert own.accuracy.value == pytest.approx(equal / 12)
-        assert own.ahead.value == pytest.approx((equal - other) / 12)
+        assert own.right.value == pytest.approx(equal / 12)
+        assert own.more.value == pytest.approx((equal - other) / 12)
         if own.behind is not None:
             assert own.behind.value == pytest.approx((best - equal) / 12)
-    assert [own.behind for own in found.engines].count(None) == 1
+    assert rows["behind"].isna().sum() == 1

@@ -1,7 +1,10 @@
 """The benchmark measures what it says: phases lie within the total, the floor is stepping alone."""
 
 import json
+from itertools import permutations
 
+import numpy as np
+import pandas as pd
 import pytest
 
 from steadyload.engines.registry import engines_here, world_class
@@ -61,23 +64,31 @@ def test_the_floor_is_the_time_of_steps_alone(engine, told_time):
 def test_agreement_and_options_are_counted_on_the_same_layouts(tmp_path, monkeypatch):
     drawn, lab = Drawn(4, seed=1, most_items=5), Lab(tmp_path, 0)
     found = engine_agreement(lab, drawn, (60, 90))
-    assert all(list(pair.same) == [60, 90] for pair in found.pairs)
-    assert all(share.n == 4 for pair in found.pairs for share in pair.same.values())
+    pairs = found["pairs"].set_index("pair")
+    assert list(pairs) == ["same:60", "same:90"]
+    assert {share.n for share in pairs.to_numpy().ravel()} == {4}
     frame = load_results(tmp_path / "agreement")
     finest = frame[frame["parameters"].map(json.loads).str["frequency"] == 90]
     said = finest.pivot(index="layout", columns="engine", values="failing_step").fillna(-1)
-    for pair in found.pairs:
-        first, second = pair.engines
-        assert pair.same[90].value == (said[first] == said[second]).mean()
-    assert {(point["engine"], point["other"]) for point in found.points} == {
-        both for pair in found.pairs for both in (pair.engines, pair.engines[::-1])
-    }
+    for pair, share in pairs["same:90"].items():
+        first, second = pair.split(" and ")
+        assert share.value == (said[first] == said[second]).mean()
+    cpu = 1e3 * finest.pivot(index="layout", columns="engine", values="cpu_total")
+    for kind, of in (("stable", said.eq(-1)), ("cpu", cpu)):
+        shown = found[kind].set_index("engine")[f"{kind}_at:90"]
+        assert {engine: one.value for engine, one in shown.items()} == pytest.approx(
+            dict(of.mean())
+        )
+    engines = list(found["stable"]["engine"])
+    assert {(p["engine"], p["other"]) for p in found["points"]} == {*permutations(engines, 2)}
     few = {title: OPTIONS[title] for title in ("10 solver iterations", "carry instead of reseat")}
     monkeypatch.setattr(agreeing, "OPTIONS", few)
-    effects = {effect.option: effect for effect in option_effects(lab, drawn)}
-    assert "dart" not in effects["10 solver iterations"].changed  # DART ignores it
-    assert "dart" in effects["carry instead of reseat"].changed
-    assert all(ratio > 0 for effect in effects.values() for ratio in effect.ratio.values())
+    effects = option_effects(lab, drawn)
+    changed = effects["changed"].set_index("option")["option_changed:dart"]
+    assert pd.isna(changed["10 solver iterations"])  # DART ignores it
+    assert 0.0 <= changed["carry instead of reseat"].value <= 1.0
+    ratios = effects["ratio"].set_index("option").to_numpy(float)
+    assert (ratios[~np.isnan(ratios)] > 0).all()
 
 
 @pytest.mark.parametrize("title", OPTIONS)

@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from itertools import combinations
+from itertools import combinations, permutations
 from typing import Any
+
+import pandas as pd
 
 from steadyload.engines.registry import capabilities
 from steadyload.engines.world import Support
 from steadyload.methods.registry import make_method
-from steadyload.reports.columns import column, milliseconds, percent, row, significant
+from steadyload.reports import frames
+from steadyload.runs import frames as v
 from steadyload.runs.able import spatial_engines
+from steadyload.runs.costs import CPU
 from steadyload.runs.definition import StudyDefinition
-from steadyload.runs.evaluation import Evaluation, evaluate
+from steadyload.runs.judged import JudgedCases, load_judged
 from steadyload.runs.runner import run_study
-from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import agreement, same, share
 from steadyload.studies.kit import Lab
 
@@ -43,72 +46,6 @@ OPTIONS: dict[str, tuple[str, str]] = {
 """Option -> (parameters without it, parameters with it)."""
 
 
-@row
-class Pair:
-    """Share of layouts on which two engines name the same failing step, by frequency [Hz]."""
-
-    engines: tuple[str, str] = column(form=" and ".join, left=True)
-    same: Mapping[int, Estimate] = column("{} Hz", percent)
-
-
-@row
-class Untuned:
-    """Share of layouts that are stable on an engine and CPU ms a layout, by frequency [Hz]."""
-
-    engine: str = column()
-    stable: Mapping[int, Estimate] = column("{} Hz", percent)
-    cpu: Mapping[int, Estimate] = column("{} Hz", milliseconds)
-
-
-@row
-class Agreement:
-    """Agreement between every two engines, and verdicts and costs of each."""
-
-    pairs: Sequence[Pair]
-    engines: Sequence[Untuned]
-
-    @property
-    def finest(self) -> int:
-        """The highest frequency."""
-        return max(self.pairs[0].same)
-
-    @property
-    def alike(self) -> list[Estimate]:
-        """Shares at the highest frequency, from the least up."""
-        return sorted((pair.same[self.finest] for pair in self.pairs), key=lambda one: one.value)
-
-    @property
-    def points(self) -> list[Mapping[str, Any]]:
-        """Points of the chart: both engines of a pair with the other one."""
-        return [
-            {"engine": own.engine, "other": other, "frequency": frequency, "same": same}
-            for own in self.engines
-            for pair in self.pairs
-            if own.engine in pair.engines
-            for other in {*pair.engines} - {own.engine}
-            for frequency, same in pair.same.items()
-        ]
-
-    @property
-    def matrix(self) -> list[Mapping[str, Any]]:
-        """Those at the highest frequency."""
-        return [point for point in self.points if point["frequency"] == self.finest]
-
-
-@row
-class OptionEffect:
-    """Effect of an option, by engine that does not ignore it.
-
-    Attributes:
-        changed: share of layouts with another failing step.
-        ratio: CPU time with the option over that without.
-    """
-
-    option: str = column()
-    changed: Mapping[str, Estimate] = column("{}", percent)
-    ratio: Mapping[str, float] = column("{}", significant)
-
-
 @dataclass(frozen=True)
 class Drawn:
     """Generated layouts: how many, the seed that they are drawn with, and their largest size."""
@@ -118,7 +55,7 @@ class Drawn:
     most_items: int | None = None
 
 
-def _judged(lab: Lab, name: str, specs: Iterable[str], drawn: Drawn) -> Evaluation:
+def _judged(lab: Lab, name: str, specs: Iterable[str], drawn: Drawn) -> JudgedCases:
     """All methods, judged where that is missing; methods take turns at some layouts."""
     definition = StudyDefinition(
         f"engines, {name}",
@@ -132,65 +69,95 @@ def _judged(lab: Lab, name: str, specs: Iterable[str], drawn: Drawn) -> Evaluati
         definition, lab.work / name, workers=lab.workers,
         progress=lambda *of: lab.progress(name, *of),
     )  # fmt: skip
-    return evaluate(lab.work / name)
+    return load_judged(lab.work / name)
 
 
-def engine_agreement(lab: Lab, drawn: Drawn, frequencies: Sequence[int] = FREQUENCIES) -> Agreement:
+def engine_agreement(
+    lab: Lab, drawn: Drawn, frequencies: Sequence[int] = FREQUENCIES
+) -> dict[str, Any]:
     """Share of equal failing steps between every two 3-D engines, by frequency, with costs.
 
     Args:
         lab: where it runs.
         drawn: the layouts.
         frequencies: substeps a second.
+
+    Returns:
+        ``pairs``: of engines, and ``engines``: columns a frequency. ``points``: of the chart, both
+        engines of a pair with the other one; ``matrix``: those at the highest frequency,
+        ``finest``. ``alike``: shares there, from the least up.
     """
     engines = spatial_engines()
     specs = {
-        (engine, f): str(make_method(f"simulation@{engine}:{BASE},frequency={f},samples=1").spec)
+        str(make_method(f"simulation@{engine}:{BASE},frequency={f},samples=1").spec): (engine, f)
         for f in frequencies
         for engine in engines
     }
-    found = _judged(lab, "agreement", specs.values(), drawn)
-    said, rows = found.judged.said, {at: found.row(spec) for at, spec in specs.items()}
-    return Agreement(
-        [
-            Pair((a, b), {f: agreement(said, specs[a, f], specs[b, f]) for f in frequencies})
-            for a, b in combinations(engines, 2)
-        ],
-        [
-            Untuned(
-                engine,
-                {f: rows[engine, f].fully_stable for f in frequencies},
-                {f: rows[engine, f].cpu for f in frequencies},
-            )
-            for engine in engines
-        ],
-    )
+    judged = _judged(lab, "agreement", specs, drawn)
+    of = {at: spec for spec, at in specs.items()}
+    same = {
+        (a, b, f): agreement(judged.said, of[a, f], of[b, f])
+        for a, b in combinations(engines, 2)
+        for f in frequencies
+    }
+    points = [
+        {
+            "engine": own, "other": other, "frequency": f,
+            "same": same.get((own, other, f)) or same[other, own, f],
+        }
+        for own, other in permutations(engines, 2)
+        for f in frequencies
+    ]  # fmt: skip
+    pairs = pd.Series({(f"{a} and {b}", f): one for (a, b, f), one in same.items()}, dtype=object)
+    order = {spec: number for number, spec in enumerate(specs)}
+    rows = judged.results.sort_values("method", key=lambda own: own.map(order), kind="stable")
+    at = pd.DataFrame([specs[spec] for spec in rows["method"]], rows.index, ["engine", "frequency"])
+    rows = rows.assign(
+        engine=at["engine"], frequency=at["frequency"], cluster=rows["layout"],
+        stable=(rows["score"] == 1.0).fillna(False), cpu=1e3 * rows[CPU],
+    )  # fmt: skip
+    by, finest = ["engine", "frequency"], max(frequencies)
+    return {
+        "pairs": _across(pairs.rename_axis(["pair", "frequency"]), "same"),
+        "stable": _across(v.share(rows, "stable", by), "stable_at"),
+        "cpu": _across(v.mean(rows, "cpu", by), "cpu_at"),
+        "points": points,
+        "matrix": [point for point in points if point["frequency"] == finest],
+        "finest": finest,
+        "alike": sorted(
+            (one for (_, _, f), one in same.items() if f == finest), key=lambda one: one.value
+        ),
+    }
 
 
-def option_effects(lab: Lab, drawn: Drawn) -> list[OptionEffect]:
+def _across(found: pd.Series, name: str) -> pd.DataFrame:
+    return frames.across(found, found.index.names[1], name).reset_index()
+
+
+def option_effects(lab: Lab, drawn: Drawn) -> dict[str, pd.DataFrame]:
     """Effect of each option on verdicts and CPU time, per engine that does not ignore it.
 
     Args: as those of :func:`engine_agreement`.
+
+    Returns:
+        ``changed``: share of layouts with another failing step; ``ratio``: CPU time with the option
+        over that without; columns an engine.
     """
     specs = {
-        title: {
-            engine: without_and_with(engine, *parameters)
-            for engine in spatial_engines()
-            if "solver_iterations" not in parameters[1]
-            or capabilities(engine).settings["solver_iterations"].support != Support.IGNORED
-        }
+        (title, engine): without_and_with(engine, *parameters)
         for title, parameters in OPTIONS.items()
+        for engine in spatial_engines()
+        if "solver_iterations" not in parameters[1]
+        or capabilities(engine).settings["solver_iterations"].support != Support.IGNORED
     }
-    asked = [spec for own in specs.values() for both in own.values() for spec in both]
-    found = _judged(lab, "options", asked, drawn)
-    return [
-        OptionEffect(
-            title,
-            {engine: share(~same(found.judged.said, *both)) for engine, both in own.items()},
-            {e: found.cost_ratio(given, without).value for e, (without, given) in own.items()},
-        )
-        for title, own in specs.items()
-    ]
+    judged = _judged(lab, "options", [spec for both in specs.values() for spec in both], drawn)
+    cpu = judged.results.groupby("method")[CPU].mean()
+    changed = {at: share(~same(judged.said, *both)) for at, both in specs.items()}
+    ratio = {at: cpu[given] / cpu[without] for at, (without, given) in specs.items()}
+    return {
+        name: _across(pd.Series(found).rename_axis(["option", "engine"]), f"option_{name}")
+        for name, found in (("changed", changed), ("ratio", ratio))
+    }
 
 
 def without_and_with(engine: str, without: str, given: str) -> tuple[str, str]:

@@ -6,67 +6,51 @@ cases and of different lengths. Engines are compared by ``ps_opt-equal``.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from typing import Any
+
+import pandas as pd
 
 from steadyload.methods.tuned import EQUAL, TUNED, tuned, tuned_engines
-from steadyload.reports.columns import column, percent, plain_percent, row
-from steadyload.runs.evaluation import Evaluation
-from steadyload.statistics.estimate import Estimate
+from steadyload.runs import frames as v
+from steadyload.runs.judged import JudgedCases
 
 
-@row
-class EquallySearched:
-    """An engine with the parameters that its search found."""
-
-    engine: str = column()
-    genotypes: int = column("parameter sets searched")
-    searched_on: int = column("cases searched on")
-    found: float = column("accuracy there %", plain_percent)
-    accuracy: Estimate = column("accuracy here %", percent)
-    behind: Estimate | None = column("less than the best engine, points", percent)
-    ahead: Estimate = column("more than ps_opt, points", percent)
-
-
-@row
-class EqualSearches:
-    """Results of all engines, and the cases that they were judged on, which no search saw."""
-
-    engines: Sequence[EquallySearched]
-    cases: int
-    item_lists: int
-
-    @property
-    def worse(self) -> list[EquallySearched]:
-        """Engines that are significantly less accurate than the best one."""
-        return [own for own in self.engines if own.behind and own.behind.low > 0.0]
-
-
-def equal_searches(found: Evaluation) -> EqualSearches:
-    """Accuracy of the presets of equal searches.
+def equal_searches(judged: JudgedCases) -> dict[str, Any]:
+    """Accuracy of the presets of equal searches, on cases that no search saw.
 
     Args:
-        found: of both tuned presets on every engine of :func:`.tuned_engines`, and of others.
+        judged: by both tuned presets on every engine of :func:`.tuned_engines`, and by others.
+
+    Returns:
+        ``engines``: a row an engine, with the parameters that its search found; ``behind``:
+        accuracy of the best one minus its; ``more``: its own minus that of ``ps_opt`` on it.
+        ``worse``: the rows of engines that are significantly less accurate than the best one.
     """
     entries = tuned(preset=EQUAL)
-    own = {engine: found.row(f"{EQUAL}@{engine}").accuracy for engine in tuned_engines()}
-    best = max(own, key=lambda engine: own[engine].value)
-
-    def behind(engine: str) -> Estimate:
-        return found.difference(f"{EQUAL}@{best}", f"{EQUAL}@{engine}")
-
-    return EqualSearches(
-        [
-            EquallySearched(
-                engine,
-                entries[engine].made_by["found"]["genotypes"],
-                entries[engine].made_by["found"]["cases"],
-                entries[engine].made_by["found"]["accuracy"],
-                accuracy,
-                None if engine == best else behind(engine),
-                found.difference(f"{EQUAL}@{engine}", f"{TUNED}@{engine}"),
-            )
-            for engine, accuracy in own.items()
-        ],
-        len(found.judged.said),
-        found.judged.clusters.nunique(),
+    found = {name: entries[name].made_by["found"] for name in tuned_engines()}
+    specs = {f"{EQUAL}@{name}": name for name in found}
+    frame = v.verdicts(judged.of([*specs, *(f"{TUNED}@{name}" for name in found)]))
+    right = v.share(frame, "right", ["method"])[list(specs)]
+    best = v.best(right)
+    pairs = [(best, spec) for spec in specs if spec != best]
+    pairs += [(spec, f"{TUNED}@{name}") for spec, name in specs.items()]
+    tests = v.pairs(frame, chosen=pairs)["difference"]
+    rows = pd.DataFrame(
+        {
+            "engine": list(found),
+            "genotypes": [one["genotypes"] for one in found.values()],
+            "searched_on": [one["cases"] for one in found.values()],
+            "found_there": [one["accuracy"] for one in found.values()],
+            "right": right,
+            "behind": [tests.get((best, spec)) for spec in specs],
+            "more": [tests[spec, f"{TUNED}@{name}"] for spec, name in specs.items()],
+        },
+        index=list(specs),
     )
+    known = rows.dropna(subset="behind")
+    return {
+        "engines": rows,
+        "worse": known[[one.low > 0.0 for one in known["behind"]]].to_dict("records"),
+        "cases": len(judged.said),
+        "item_lists": judged.clusters.nunique(),
+    }

@@ -3,61 +3,80 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from types import SimpleNamespace
+from typing import Any
 
+import pandas as pd
+
+from steadyload.layouts.benchmark.parts import LISTS, REAL
 from steadyload.methods.tuned import tuned_engines
-from steadyload.reports.columns import row
+from steadyload.reports import frames
 from steadyload.runs.costs import CostKind, CostSource
-from steadyload.studies.engines.accuracy import Accuracy
-from steadyload.studies.engines.agreeing import Agreement, OptionEffect
-from steadyload.studies.engines.equal_searches import EqualSearches
-from steadyload.studies.engines.sources import ANSWERS, Source, SourceTable
-from steadyload.studies.engines.speed import Cost, Gain, SpeedCurve
+from steadyload.runs.provenance import provenance_lines
+from steadyload.studies.engines.accuracy import accuracy_by_load
+from steadyload.studies.engines.agreeing import Drawn, engine_agreement, option_effects
+from steadyload.studies.engines.equal_searches import equal_searches
+from steadyload.studies.engines.sources import ANSWERS, judged_by_designs, sources_of_differences
+from steadyload.studies.engines.speed import Cost, Gain, SpeedCurve, speed_curves, throughput
+from steadyload.studies.kit import Lab
+
+LAYOUTS, SEED = 300, 7
+"""Generated layouts for agreement and options, and their seed."""
+
+CASES = {LISTS: 100, REAL: 20}
+"""Cases a scenario of part test by labelled set; on real pallets DART takes 20 s a case."""
 
 
-@row
-class Found:
-    """Everything the page shows; a part that was not measured is empty."""
+class Found(SimpleNamespace):
+    """All that the page shows."""
 
     made_with: Mapping[str, str]
-    agreement: Agreement | None = None
-    options: Sequence[OptionEffect] = ()
-    curves: Sequence[SpeedCurve] = ()
-    rates: Sequence[Gain] = ()
-    tables: Sequence[SourceTable] = ()
-    accuracy: Accuracy | None = None
-    equal: EqualSearches | None = None
+    curves: Sequence[SpeedCurve]
+    rates: Sequence[Gain]
+    costs: Sequence[Cost]
 
-    @property
-    def timed(self) -> str:
-        """Explanation of the times."""
-        return CostSource(CostKind.ONE_PROCESS).explained()
 
-    @property
-    def costs(self) -> list[Cost]:
-        """All points of all curves."""
-        return [
-            Cost(curve, point, 100.0 * point.step / point.total, point.own)
-            for curve in self.curves
-            for point in curve.points
-        ]
+def compare(lab: Lab, limit: int | None) -> Found:
+    """Measure what is missing of all parts.
 
-    @property
-    def tuned(self) -> tuple[str, ...]:
-        """The engines on which sources are compared."""
-        return tuned_engines()
+    Args:
+        lab: where it runs; what is timed is in one process.
+        limit: largest number of layouts and of cases a scenario; None for those of the page.
+    """
+    made_with = provenance_lines()  # of the code that measures
+    layouts, *cases = (min(most, limit or most) for most in (LAYOUTS, *CASES.values()))
+    drawn = Drawn(layouts, SEED)
+    judged = {n: judged_by_designs(lab, n, most) for n, most in zip(CASES, cases, strict=True)}
+    tables, curves = sources_of_differences(judged), speed_curves(lab)
+    sources = [table for table in tables if table["answer"] == next(iter(ANSWERS))]
+    return Found(
+        made_with={"generated layouts": f"{layouts}, seed {SEED}"} | made_with,
+        layouts=layouts,
+        agreement=engine_agreement(lab, drawn),
+        options=option_effects(lab, drawn),
+        curves=curves,
+        costs=costs_of(curves),
+        rates=throughput(lab),
+        tables=tables,
+        shares=frames.records(pd.concat([table["shares"] for table in sources])),
+        depends=depends(sources),
+        accuracy=accuracy_by_load(lab, cases[0]),
+        equal=equal_searches(judged[LISTS]),
+        tuned=tuned_engines(),
+        timed=CostSource(CostKind.ONE_PROCESS).explained(),
+    )
 
-    @property
-    def sources(self) -> list[SourceTable]:
-        """Tables of the answer that the page speaks of, one a design."""
-        return [table for table in self.tables if table.answer == next(iter(ANSWERS))]
 
-    @property
-    def shares(self) -> list[Source]:
-        """Their rows."""
-        return [share for table in self.sources for share in table.shares]
+def costs_of(curves: Sequence[SpeedCurve]) -> list[Cost]:
+    """All points of all curves."""
+    return [
+        Cost(curve, point, 100.0 * point.step / point.total, point.own)
+        for curve in curves
+        for point in curve.points
+    ]
 
-    @property
-    def depends(self) -> bool:
-        """Whether the largest source depends on the parameter sets, for one question."""
-        alone = [table for table in self.sources if len(table.design.questions) == 1]
-        return len({table.largest.factors for table in alone[:2]}) > 1
+
+def depends(sources: Sequence[Mapping[str, Any]]) -> bool:
+    """Whether the largest source depends on the parameter sets, for one question."""
+    alone = [table["largest"] for table in sources if len(table["design"].questions) == 1]
+    return len(set(alone[:2])) > 1

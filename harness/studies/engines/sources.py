@@ -8,11 +8,13 @@ sets and questions, and the differences are put down to them
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import product
+from typing import Any
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
 from steadyload.layouts.benchmark import load_benchmark
@@ -20,12 +22,9 @@ from steadyload.layouts.benchmark.parts import LISTS, REAL, Part, set_named
 from steadyload.layouts.model.question import Question, with_question
 from steadyload.methods.registry import make_method
 from steadyload.methods.tuned import EQUAL, TUNED, tuned_engines
-from steadyload.reports.columns import column, percent, row
-from steadyload.runs.evaluation import Evaluation
 from steadyload.runs.judged import JudgedCases
 from steadyload.runs.labels import Cases
 from steadyload.statistics import metrics
-from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.variance import source_shares
 from steadyload.studies.kit import Lab
 
@@ -81,67 +80,20 @@ ANSWERS: Mapping[str, Callable[[NDArray[np.float64]], NDArray[np.float64]]] = {
 the page speaks of comes first."""
 
 
-@row
-class Source:
-    """Share of one factor, or of several together, in the differences of a design."""
-
-    design: str
-    factors: Sequence[str] = column("what differs", " with ".join, left=True)
-    whole: Estimate = column("share of all differences %", percent)
-    always: Estimate = column("the same on all cases %", percent)
-    by_case: Estimate = column("from case to case %", percent)
-    component: Estimate = column("variance component %", percent)
-    freedom: int = column("degrees of freedom", about="of a case")
-
-    @property
-    def title(self) -> str:
-        """The factors, as a chart names them."""
-        return " with ".join(self.factors)
-
-
-@dataclass(frozen=True)
-class SourceTable:
-    """Shares of all sources in the differences between the verdicts of a design.
-
-    Attributes:
-        design: combinations.
-        answer: a name of :data:`ANSWERS`.
-        cases, item_lists: on which all have a verdict.
-        left_out: cases on which one has none.
-        differing: share of the cases on which not all verdicts are the same.
-        shares: of every source.
-    """
-
-    design: Design
-    answer: str
-    cases: int
-    item_lists: int
-    left_out: int
-    differing: Estimate
-    shares: Sequence[Source]
-
-    @property
-    def largest(self) -> Source:
-        """The largest share of a single factor."""
-        single = [share for share in self.shares if len(share.factors) == 1]
-        return max(single, key=lambda share: share.whole.value)
-
-
-def sources_of_differences(evaluated: Mapping[str, Evaluation]) -> list[SourceTable]:
+def sources_of_differences(judged: Mapping[str, JudgedCases]) -> list[dict[str, Any]]:
     """Share out the differences between verdicts, by design and by what a verdict is taken as.
 
     Args:
-        evaluated: :func:`judged_by_designs` of some labelled sets, by name of the set.
+        judged: :func:`judged_by_designs` of the labelled sets, by name of the set.
     """
     return [
-        table_of(evaluated[design.labelled_set].judged, design, answer)
+        table_of(judged[design.labelled_set], design, answer)
         for design in DESIGNS
-        if design.labelled_set in evaluated
         for answer in ANSWERS
     ]
 
 
-def judged_by_designs(lab: Lab, name: str, limit: int) -> Evaluation:
+def judged_by_designs(lab: Lab, name: str, limit: int) -> JudgedCases:
     """Judge cases of part test, on which nothing was tuned, by the methods of a set's designs.
 
     Args:
@@ -159,16 +111,22 @@ def judged_by_designs(lab: Lab, name: str, limit: int) -> Evaluation:
         folder=f"sources/{name}",
         name=f"sources of differences, {name}",
         shard_size=20,
-    )
+    ).judged
 
 
-def table_of(judged: JudgedCases, design: Design, answer: str) -> SourceTable:
+def table_of(judged: JudgedCases, design: Design, answer: str) -> dict[str, Any]:
     """Shares of the sources in the differences between some verdicts of a run.
 
     Args:
         judged: by all methods of the design, and perhaps by others.
         design: combinations.
         answer: a name of :data:`ANSWERS`.
+
+    Returns:
+        ``shares``: a row a source: one factor, or several together; ``freedom`` is of a case.
+        ``cases``, ``item_lists``: on which all have a verdict; ``left_out``: cases on which one has
+        none; ``differing``: share of the cases on which not all verdicts are the same; ``largest``:
+        the single factor with the largest share.
     """
     specs = design.specs()
     whole = judged.said[specs].notna().all(axis=1).to_numpy(bool)
@@ -177,19 +135,24 @@ def table_of(judged: JudgedCases, design: Design, answer: str) -> SourceTable:
     counts = kept.labels["item_count"]
     numbers = ANSWERS[answer](kept.said[specs].to_numpy(float) / counts.to_numpy(float)[:, None])
     levels = design.levels
-    title = (
-        f"{design.labelled_set} (n = {len(numbers)}): {', '.join(design.parameters)}; "
-        f"{' and '.join(design.questions)}"
-    )
     shape = (len(numbers), *map(len, levels.values()))
-    return SourceTable(
-        design, answer, len(numbers), kept.clusters.nunique(), int((~whole).sum()),
-        metrics.share((numbers != numbers[:, :1]).any(axis=1), kept.clusters),
-        [
-            Source(
-                title, own.factors, own.whole, own.always, own.by_case, own.component,
-                math.prod(len(levels[factor]) - 1 for factor in own.factors),
-            )
-            for own in source_shares(numbers.reshape(shape), tuple(levels), kept.clusters)
-        ],
-    )  # fmt: skip
+    found = source_shares(numbers.reshape(shape), tuple(levels), kept.clusters)
+    rows = [
+        {
+            "title": " with ".join(own.factors),
+            **{name: getattr(own, name) for name in ("whole", "always", "by_case", "component")},
+            "freedom": math.prod(len(levels[factor]) - 1 for factor in own.factors),
+        }
+        for own in found
+    ]
+    single = {own.factors[0]: own.whole.value for own in found if len(own.factors) == 1}
+    return {
+        "design": design, "answer": answer, "cases": len(numbers),
+        "item_lists": kept.clusters.nunique(), "left_out": int((~whole).sum()),
+        "differing": metrics.share((numbers != numbers[:, :1]).any(axis=1), kept.clusters),
+        "largest": max(single, key=single.__getitem__),
+        "shares": pd.DataFrame(rows).assign(
+            design=f"{design.labelled_set} (n = {len(numbers)}): {', '.join(design.parameters)}; "
+            f"{' and '.join(design.questions)}"
+        ),
+    }  # fmt: skip
