@@ -2,7 +2,7 @@
 
 A check is a function of a world class. It raises :class:`AssertionError` when the engine does not
 conform and :class:`NotApplicable` when the engine declares that it lacks what is checked. Nearly
-all checks are planar (motion in the x-z plane), so that 2-D engines are asked the same questions.
+all checks are planar (motion in the x-z plane), so that 2-D engines are checked alike.
 
 An outside adapter runs them all with::
 

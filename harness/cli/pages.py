@@ -42,12 +42,12 @@ class List:
     def run(self) -> None:
         """Print them."""
         print_table(
-            ("page", "made", "question", "command"),
+            ("page", "made", "answers", "command"),
             [
                 (
                     entry.name,
                     "yes" if entry.text(self.output) else "no",
-                    entry.question,
+                    entry.answers,
                     f"steadyload {shlex.join(entry.command)}",
                 )
                 for entry in entries()

@@ -55,7 +55,7 @@ class Transport(Files):
         from steadyload.layouts.model.frame import Frame
         from steadyload.runs.scoring import read_entries
 
-        ask = self._question()
+        ask = self._asked()
         reading = self.reading()
         entries = read_entries(self.files, limit=self.limit, **reading)
         records: list[dict[str, Any]] = []
@@ -75,8 +75,8 @@ class Transport(Files):
                 self._print(records, Frame.of(reading["dialect"]))
         return status or self._worst(records)
 
-    def _question(self) -> Callable[[Any], Sequence[Any]]:
-        """The question: a function of a layout that gives an answer a direction."""
+    def _asked(self) -> Callable[[Any], Sequence[Any]]:
+        """A function of a layout that gives an answer a direction."""
         from steadyload.methods.registry import make_method
         from steadyload.transport.history import recorded
         from steadyload.transport.limits import DIRECTIONS, around, limits
@@ -95,7 +95,7 @@ class Transport(Files):
 
     @property
     def _answer(self) -> str:
-        """The field of a record that answers the question."""
+        """The field of a record that has the answer."""
         return "held" if self.rule or self.history else "limit_g"
 
     def _print(self, records: Sequence[dict[str, Any]], frame: Frame) -> None:

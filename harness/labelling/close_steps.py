@@ -87,7 +87,7 @@ class StepVerdicts:
         return self.status, None
 
 
-class CloseSteps(Asked[StepVerdicts], question="close steps"):
+class CloseSteps(Asked[StepVerdicts], what="close steps"):
     """Some steps of a layout, put to a simulation."""
 
     layout: Layout

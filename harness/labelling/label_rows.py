@@ -54,7 +54,7 @@ TRACES = pa.schema(
 there is no label, where there is none."""
 
 
-class TraceUnit(AskedCases, question="traces"):
+class TraceUnit(AskedCases, what="traces"):
     """Some cases to be traced."""
 
     made_by: Mapping[str, str] = asked("made by")

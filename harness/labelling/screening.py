@@ -63,7 +63,7 @@ CASE_SECONDS = 4 * 3600.0
 _TURNS = {Part.VALIDATION: 0, Part.TEST: 1, Part.TRAIN: 2}
 
 
-class ScreenedUnit(AskedCases, question="both"):
+class ScreenedUnit(AskedCases, what="both"):
     """Some cases to be labelled."""
 
     made_by: Mapping[str, str] = asked("made by")

@@ -49,20 +49,20 @@ def asked(word: str = "", *, said: Callable[[Any], Any] | None = None) -> Any:
 @dataclass_transform(frozen_default=True, field_specifiers=(asked,))
 class Keyed:
     """Base of units of work whose key is all of their fields, and what the class states:
-    ``class Size(Asked[Point], question="scale", methods=METHODS)``.
+    ``class Size(Asked[Point], what="scale", methods=METHODS)``.
 
     Attributes:
-        stated: the question, and constants that results depend on, by their word in the key.
+        stated: what is measured, and constants that results depend on, by their word in the key.
         prefix: of the key, as earlier rows have it.
     """
 
     stated: ClassVar[Mapping[str, Any]]
     prefix: ClassVar[str]
 
-    def __init_subclass__(cls, *, question: str = "", prefix: str = "", **constants: Any) -> None:
+    def __init_subclass__(cls, *, what: str = "", prefix: str = "", **constants: Any) -> None:
         super().__init_subclass__()
         dataclass(frozen=True)(cls)
-        cls.stated, cls.prefix = {"question": question, **constants}, prefix
+        cls.stated, cls.prefix = {"question": what, **constants}, prefix
 
     @cached_property
     def key(self) -> str:

@@ -3,7 +3,7 @@
 All numbers are of methods on the same cases. Intervals and tests count *clusters* of cases, such as
 those of one item list, see :mod:`steadyload.statistics.clusters`. A p-value is that of the exact
 sign-flip test (:mod:`steadyload.statistics.paired`), corrected by Holm over its *family*: the tests
-that answer one question together.
+that support one statement together.
 """
 
 from __future__ import annotations
@@ -82,7 +82,7 @@ class PairTest(Generic[M]):
 
 @dataclass(frozen=True, slots=True)
 class Family(Generic[M]):
-    """Tests that answer one question together, their p-values corrected for their number.
+    """Tests that support one statement together, their p-values corrected for their number.
 
     Attributes:
         tests: of which no two are of the same methods.
@@ -127,15 +127,14 @@ class Family(Generic[M]):
         """Some of the tests, as a family of their own.
 
         Args:
-            asked: whether a test belongs to the question.
+            asked: whether a test belongs to the family.
         """
         return replace(self, tests=_corrected(filter(asked, self.tests)), letters={})
 
     def versus(self, against: M) -> Family[M]:
         """Of all pairs those with one method: each of the others minus it, a family of their own.
 
-        It answers "which methods differ from this one?"; pairs among the others answer another
-        question.
+        It says which methods differ from this one; pairs among the others do not.
         """
         others = dict.fromkeys(m for test in self.tests for m in (test.first, test.second))
         tests = _corrected(self.of(method, against) for method in others if method != against)

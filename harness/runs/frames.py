@@ -1,6 +1,6 @@
-"""Questions to frames of cases, for pages that compare methods.
+"""Queries of frames of cases, for pages that compare methods.
 
-A *frame of verdicts* has one row for each method and case, see :func:`verdicts`. A question such as
+A *frame of verdicts* has one row for each method and case, see :func:`verdicts`. A query such as
 :func:`share` gives a series with one value for each group of rows, in the order in which groups
 appear; series side by side are a frame of results, which :func:`steadyload.reports.frames.table`
 shows. A missing value is no case. Intervals and tests count the clusters in column ``cluster``,
@@ -236,7 +236,7 @@ def pairs(
     Returns:
         One row for each pair, indexed by ``first`` and ``second``: ``difference``; ``p`` of the
         exact sign-flip test over clusters; ``clusters``, their number; ``corrected``, the p-value
-        by Holm for all tests of the frame: they are one *family*, which answers one question.
+        by Holm for all tests of the frame: they are one *family*, which supports one statement.
     """
     order = list(frame["method"].unique())
     wide = frame.pivot(index=KEYS, columns="method", values=column)[order].astype(float)

@@ -115,7 +115,7 @@ class TurnTimes:
     cases: TimedCases = ()
 
 
-class Turn(Asked[TurnTimes], question="times in turns", version=VERSION, prefix="times-"):
+class Turn(Asked[TurnTimes], what="times in turns", version=VERSION, prefix="times-"):
     """All methods judge a block of layouts, one method after the other.
 
     Attributes:
@@ -237,7 +237,7 @@ class BatchTimes:
     by_size: Mapping[str, Mapping[str, tuple[float, float]]]
 
 
-class BatchUnit(Asked[BatchTimes], question="times in batches", version=VERSION, prefix="times-"):
+class BatchUnit(Asked[BatchTimes], what="times in batches", version=VERSION, prefix="times-"):
     """The timing of methods that judge many layouts at once.
 
     Attributes:

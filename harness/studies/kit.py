@@ -40,12 +40,12 @@ class PublishedPage:
     Attributes:
         folder: of the page.
         flags: flags after the command of the study; file patterns are expanded.
-        question: the question of the page, where that is not the whole question of the study.
+        answers: the sentence that the page answers, where that is not the one of the study.
     """
 
     folder: str
     flags: str = ""
-    question: str = ""
+    answers: str = ""
 
 
 @dataclass(frozen=True)
@@ -168,10 +168,10 @@ F = TypeVar("F", bound=Found)
     field_specifiers=(option, operand, methods_option, set_option),
 )
 class Study(ABC, Generic[F]):
-    """A question; its fields are the options of its command, and ``page.md.j2`` is its page.
+    """Its fields are the options of its command, and ``page.md.j2`` is its page.
 
     Attributes:
-        question: the sentence that its page answers.
+        answers: the sentence, a question mark at its end, that its page answers.
         about: summary of the command for the list of commands.
         name: the name under which it is registered; by default that of its package.
         resumable: whether it keeps finished results in its work folder and continues from there.
@@ -183,7 +183,7 @@ class Study(ABC, Generic[F]):
             flags.
     """
 
-    question: ClassVar[str]
+    answers: ClassVar[str]
     about: ClassVar[str]
     name: ClassVar[str] = ""
     command_words: ClassVar[str]

@@ -41,13 +41,13 @@ class Entry:
 
     Attributes:
         name: its folder.
-        question: the sentence that it answers.
+        answers: the sentence that it answers.
         command: words of the command that makes it, without the output folder.
         work: folder of the rows that it is made of.
     """
 
     name: str
-    question: str
+    answers: str
     command: tuple[str, ...]
     work: Path
 
@@ -62,7 +62,7 @@ def entries() -> list[Entry]:
     return [
         Entry(
             page.folder,
-            page.question or one.question,
+            page.answers or one.answers,
             (*one.command_words.split(), *shlex.split(page.flags)),
             _work(page, one.work),
         )
@@ -104,7 +104,7 @@ def _filled(words: tuple[str, ...]) -> Iterator[str]:
 
 def index(folder: Path) -> str:
     """The index of the pages of a folder, in Markdown, with the leading figure of each."""
-    lines = ["# Published pages", "", "Each answers one question; `make pages` remakes them."]
+    lines = ["# Published pages", "", "Each begins with its answer; `make pages` remakes them."]
     for entry in entries():
         text = entry.text(folder)
         if text:
@@ -114,7 +114,7 @@ def index(folder: Path) -> str:
             if shown:
                 lines += [f"[{_thumbnail(f'{entry.name}/{shown}', title(text))}]({link})"]
             said = _from_the_index(listed_answer(text), entry.name)
-            lines += [" ".join(filter(None, (f"**{entry.question}**", said)))]
+            lines += [" ".join(filter(None, (f"**{entry.answers}**", said)))]
             lines += ["", '<br clear="left">'] if shown else []
     return "\n".join(lines) + "\n"
 

@@ -1,4 +1,4 @@
-"""Named errors of questions about transport."""
+"""Named errors of what is asked about transport."""
 
 from __future__ import annotations
 

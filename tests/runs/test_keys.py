@@ -62,7 +62,7 @@ from steadyload.studies.transport import limits_of_loads as transport
 from steadyload.studies.transport.limits_of_loads import LimitUnit
 from steadyload.studies.uncertain import cases as uncertain_cases
 from steadyload.studies.uncertain import sampling as uncertain
-from steadyload.studies.uncertain.cases import Question
+from steadyload.studies.uncertain.cases import SampledMethod
 from steadyload.studies.uncertain.cases import Unit as CertaintyUnit
 
 ROOT = Path(__file__).parents[2]
@@ -347,7 +347,7 @@ ASKED = {
     TraceUnit: (TraceUnit(CASES, MADE), {"question": "traces"}, "0b41f648a8bc8eb0fdac"),
     ScreenedUnit: (ScreenedUnit(CASES, MADE), {"question": "both"}, "3c48a2d7be6f18709104"),
     CertaintyUnit: (
-        CertaintyUnit(CASES, Question("sme", "com=5mm", Sampling(decide=0.5)), MADE),
+        CertaintyUnit(CASES, SampledMethod("sme", "com=5mm", Sampling(decide=0.5)), MADE),
         {"question": "certainty"},
         "fc7c1a59ce17c088e1db",
     ),

@@ -32,7 +32,7 @@ class Answer:
     by_name: Mapping[str, float | None]
 
 
-class Number(Asked[Answer], question="twice", version=3):
+class Number(Asked[Answer], what="twice", version=3):
     number: int
     made_by: Mapping[str, str] = asked("made by")
 
@@ -64,7 +64,7 @@ def test_a_key_is_of_all_fields_under_their_words_and_of_what_the_class_states()
 
 
 def test_a_layout_is_in_a_key_by_its_content():
-    class Load(Asked[Answer], question="load"):
+    class Load(Asked[Answer], what="load"):
         layouts: tuple
         where: Path
         part: Part
@@ -135,7 +135,7 @@ def test_a_kept_row_of_another_form_is_refused(tmp_path):
 
 
 def test_a_unit_that_has_no_measure_cannot_be_made():
-    class Nothing(Asked[Answer], question="nothing"):
+    class Nothing(Asked[Answer], what="nothing"):
         number: int
 
     with pytest.raises(TypeError, match="measure"):
@@ -145,7 +145,7 @@ def test_a_unit_that_has_no_measure_cannot_be_made():
 def test_a_study_is_named_after_its_package_and_has_its_options():
     class Mine(Study[Found]):
         __module__ = "outside.my_study.study"
-        about, question = "mine", "Mine?"
+        about, answers = "mine", "Mine?"
         boxes: int = option(3, "how many", least=1)
 
         def run(self, lab: Lab) -> Found:
@@ -182,7 +182,7 @@ def test_a_study_is_named_after_its_package_and_has_its_options():
 
 class Counting(Study[Found]):
     __module__ = "counting"
-    about, question = "counting", "How many?"
+    about, answers = "counting", "How many?"
 
     def run(self, lab: Lab) -> Found:
         MEASURED.append(1)

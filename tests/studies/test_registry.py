@@ -65,7 +65,7 @@ def toys(tmp_path, monkeypatch):
 def test_a_study_bears_its_name_and_asks_a_question(name):
     one = study(name)
     assert one.name == name
-    assert one.question.endswith("?")
+    assert one.answers.endswith("?")
     assert one.command_words in commands()
 
 

@@ -14,7 +14,7 @@ from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.benchmark.dataset import KEYS
 from steadyload.layouts.benchmark.parts import LISTS
 from steadyload.layouts.formats import Format, write_layouts
-from steadyload.layouts.model.question import Question as LabelQuestion
+from steadyload.layouts.model.question import Question
 from steadyload.methods.registry import make_method
 from steadyload.reports.table import percent, plain_percent
 from steadyload.runs.pool import IN_THIS_PROCESS
@@ -22,7 +22,7 @@ from steadyload.runs.verdict_reliability import Sampling
 from steadyload.statics.load_margin import margin_as_planned
 from steadyload.studies.kit import Lab
 from steadyload.studies.uncertain import sampling
-from steadyload.studies.uncertain.cases import Question, Unit, sample_unit
+from steadyload.studies.uncertain.cases import SampledMethod, Unit, sample_unit
 from steadyload.studies.uncertain.comparing import summarise
 from steadyload.studies.uncertain.sampling import Sampled, sampled_cases
 from steadyload.studies.uncertain.study import Uncertain
@@ -109,8 +109,8 @@ def test_an_invalid_layout_has_no_outlook_and_hides_no_remark(place, tmp_path, l
 
 def test_random_samples_of_a_case_agree():
     layout = load_benchmark().layout("H10_Class_2_Instance_12_ULD_0", "S1")
-    question = Question("equilibrium", "com=5mm,position=3mm", Sampling(), 400)
-    (row,) = sample_unit(Unit((("S1", layout),), question, {}))
+    sampled = SampledMethod("equilibrium", "com=5mm,position=3mm", Sampling(), 400)
+    (row,) = sample_unit(Unit((("S1", layout),), sampled, {}))
     assert 0.0 < row["random"] < 1.0
     assert row["low"] - 0.08 <= row["random"] <= row["high"] + 0.08
     share = dict(row["safe"])[len(layout)] / row["samples"]
@@ -241,7 +241,7 @@ def test_verdicts_are_compared_with_the_labels_of_the_question(tmp_path, benchma
         RANDOM=64,
     )  # fmt: skip
     found = Uncertain(asked="stands").run(Lab(tmp_path, 0))
-    cases = benchmark.select("test", limit=20, question=LabelQuestion.STANDS)
+    cases = benchmark.select("test", limit=20, question=Question.STANDS)
     right = [
         make_method("sme").judge(benchmark.layout(case.layout, case.scenario)).failing_step
         == (None if case.failing_step is pd.NA else int(case.failing_step))
@@ -251,7 +251,7 @@ def test_verdicts_are_compared_with_the_labels_of_the_question(tmp_path, benchma
     assert row.plan.value == pytest.approx(np.mean(right))
     assert found.stable == pytest.approx(cases["failing_step"].isna().mean())
     assert found.stable < 0.5, "of the question within half of the cases are stable"
-    sure = cases.merge(benchmark.confidence_on(LabelQuestion.STANDS)["robust"], on=KEYS)["robust"]
+    sure = cases.merge(benchmark.confidence_on(Question.STANDS)["robust"], on=KEYS)["robust"]
     assert (row.changed_robust.n, row.changed_fragile.n) == (sure.sum(), (~sure).sum())
     assert row.changed_fragile.n > 0
     assert found.alone_method.spec == "equilibrium"

@@ -22,7 +22,7 @@ def labelled_set() -> Any:
 class Benchmark(Study["Found"]):
     """Which labelled set."""
 
-    question = "What does the labelled set contain, and how robust are its labels?"
+    answers = "What does the labelled set contain, and how robust are its labels?"
     about = "write the page of a set"
     resumable = False
     workers = None

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 class Cascade(Study["Found"]):
     """A cascade, its stages and simulations."""
 
-    question = "What does a cascade save, and what accuracy does it cost?"
+    answers = "What does a cascade save, and what accuracy does it cost?"
     about = "compare a cascade with its stages and with simulations on test, and write its page"
     workers = None
 

@@ -27,7 +27,7 @@ SECOND_MODEL = "drake"
 
 
 class ClosedFormUnit(
-    Asked[ClosedFormResult], question="closed form", version=runs.VERSION, sampling=runs.SAMPLING
+    Asked[ClosedFormResult], what="closed form", version=runs.VERSION, sampling=runs.SAMPLING
 ):
     """A test on an engine at a frequency; None where the engine chooses its own steps."""
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 class ClosedForms(Study["Found"]):
     """Errors of all engines in tests whose answer is a formula."""
 
-    question = "How far is every engine from mechanics whose answer is known?"
+    answers = "How far is every engine from mechanics whose answer is known?"
     about = "compare engines with formulas: tipping, sliding, spinning, rocking, stacks"
 
     def run(self, lab: Lab) -> Found:

@@ -13,14 +13,14 @@ if TYPE_CHECKING:
 class Convergence(Study["Found"]):
     """Number of cases, and further methods to compare with."""
 
-    question = "Are the reference's labels converged?"
+    answers = "Are the reference's labels converged?"
     about = "change the reference one parameter at a time; compare it with other methods"
     workers = 0
     pages = (
         PublishedPage("convergence", "--second-model"),
         PublishedPage(
             "convergence_stands", "--question stands",
-            question="Are the labels of whether a load stands until it rests converged?",
+            answers="Are the labels of whether a load stands until it rests converged?",
         ),
     )  # fmt: skip
 

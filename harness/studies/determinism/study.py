@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 class Determinism(Study["Found"]):
     """Verdicts and labels that differ when another machine judges the same cases."""
 
-    question = "Which published verdicts and labels differ on another processor?"
+    answers = "Which published verdicts and labels differ on another processor?"
     about = "published verdicts and labels of a random sample, judged again on this machine"
 
     limit: int | None = option(

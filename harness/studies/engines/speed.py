@@ -132,7 +132,7 @@ def brick_wall(count: int) -> Layout:
     return Layout(f"wall-{count}", Pallet(130.0, 600.0, 40.0), tuple(items))
 
 
-class SpeedUnit(Asked[SpeedCurve], question="cost by number of items"):
+class SpeedUnit(Asked[SpeedCurve], what="cost by number of items"):
     """A curve to be measured."""
 
     engine: str
@@ -175,7 +175,7 @@ def speed_curves(lab: Lab, counts: Sequence[int] = ITEM_COUNTS) -> list[SpeedCur
     return lab.measure(units, SpeedCurve, folder="speed/measured").rows
 
 
-class ThroughputUnit(Asked[Throughput], question="throughput"):
+class ThroughputUnit(Asked[Throughput], what="throughput"):
     """A throughput to be measured."""
 
     engine: str

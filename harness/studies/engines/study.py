@@ -14,7 +14,7 @@ class EngineStudy(Study["Found"]):
     """All parts of the comparison; what is timed is in one process."""
 
     name = "engines"
-    question = "Do engines agree, what does each option change, and what does a simulation cost?"
+    answers = "Do engines agree, what does each option change, and what does a simulation cost?"
     about = "compare engines: agreement, options, speed"
 
     limit: int | None = option(

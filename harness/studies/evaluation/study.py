@@ -18,19 +18,19 @@ _PUBLISHED = "--directory lists --limit 300"
 class Evaluation(Study["Found"]):
     """Which methods, and on which cases."""
 
-    question = "How accurate is every method on every engine, and what does it cost?"
+    answers = "How accurate is every method on every engine, and what does it cost?"
     about = "all methods on a labelled test split, as Table 5 of the paper, every engine"
     workers = 0
     pages = (
         PublishedPage("evaluation", _PUBLISHED),
         PublishedPage(
             "evaluation_stands", f"{_PUBLISHED} --question stands",
-            question="How accurate is every method where a load has to stand until it rests?",
+            answers="How accurate is every method where a load has to stand until it rests?",
         ),
         PublishedPage(
             "evaluation_real",
             "--directory real --question both --timeout 20 --workers 1 --work runs/evaluation_real",
-            question="Which method judges a pallet of real size, how right is it, and at what "
+            answers="Which method judges a pallet of real size, how right is it, and at what "
             "cost?",
         ),
     )  # fmt: skip

@@ -37,7 +37,7 @@ from steadyload.studies.extremes.sweeps import (
 from steadyload.studies.kit import Lab
 
 
-class CellUnit(Asked[ExtremeCell], question="extremes"):
+class CellUnit(Asked[ExtremeCell], what="extremes"):
     """A cell to be measured."""
 
     sweep: str

@@ -65,7 +65,7 @@ class ScaledStage(Stage):
 
 class SizeUnit(
     Asked[ClosedFormResult],
-    question="closed form at a size",
+    what="closed form at a size",
     frequency=FREQUENCY,
     version=measuring.VERSION,
 ):

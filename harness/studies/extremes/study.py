@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 class Extremes(Study["Found"]):
     """Sweeps to where engines stop being right, and the envelopes from which studies warn."""
 
-    question = "Where does every engine stop being right?"
+    answers = "Where does every engine stop being right?"
     about = "take engines to where they stop being right; their operating envelope"
     pages = (PublishedPage("extremes", "--write-envelope"),)
 

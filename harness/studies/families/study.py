@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 class Families(Study["Found"]):
     """Layouts of every family, and the methods that judge them."""
 
-    question = "How accurate are methods on layouts unlike those they were fitted on?"
+    answers = "How accurate are methods on layouts unlike those they were fitted on?"
     about = "judge families of generated layouts outside the distribution of the labelled sets"
 
     limit: int | None = option(None, "layouts of every family (default: 120)", least=1)

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 class LearnedStudy(Study["Found"]):
     """Which plan, which parts of the page, and which cases are judged."""
 
-    question = "What are learned judges worth, and what makes them so?"
+    answers = "What are learned judges worth, and what makes them so?"
     about = "train what a plan asks for, judge, and write the page of learned judges"
     workers = 0
     pages = (PublishedPage("learned", "--foreign ../shared/data/aclpp/*.yaml"),)

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 class Properties(Study["Found"]):
     """Property tests; the command fails where one is violated."""
 
-    question = "Does every method satisfy the physical laws that it must?"
+    answers = "Does every method satisfy the physical laws that it must?"
     about = "property tests of methods and engines, on layouts drawn at random"
     workers = 0
 

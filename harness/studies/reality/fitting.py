@@ -64,7 +64,7 @@ class Fitted:
 
 class FitUnit(
     Asked[Fitted],
-    question="fitted contacts",
+    what="fitted contacts",
     version=VERSION,
     proposals=PROPOSALS,
     space=SPACE,

@@ -246,7 +246,7 @@ class Recorded:
 ALL = "all"
 
 
-class RecordUnit(Asked[Recorded], question="recorded motion", version=VERSION):
+class RecordUnit(Asked[Recorded], what="recorded motion", version=VERSION):
     """A record, looked at without any engine; the seed draws its halves."""
 
     record: Record

@@ -157,7 +157,7 @@ class Batch:
     cpu_s: float
 
 
-class ReleasedUnit(Asked[Batch], question="released bodies", version=VERSION):
+class ReleasedUnit(Asked[Batch], what="released bodies", version=VERSION):
     """All trials of a record, released in an engine and simulated until they rest."""
 
     record: Record
@@ -220,7 +220,7 @@ class Jittered:
     cpu_s: float
 
 
-class JitterUnit(Asked[Jittered], question="jittered releases", version=VERSION):
+class JitterUnit(Asked[Jittered], what="jittered releases", version=VERSION):
     """The trials of a half, each released many times within the noise times a factor.
 
     The same numbers are drawn for every engine and factor.

@@ -17,7 +17,7 @@ FILE = "tosses.csv"
 class Reality(Study["Found"]):
     """A record of thrown bodies, and the engines that are released like them."""
 
-    question = "How closely do engines predict where a real box comes to rest?"
+    answers = "How closely do engines predict where a real box comes to rest?"
     about = "compare engines with recorded motion of a real body that is thrown onto a floor"
 
     data: Path | None = option(

@@ -71,7 +71,7 @@ class Judged:
         return self.status == Status.DONE
 
 
-class EngineUnit(Asked[Judged], question="does a plan stand"):
+class EngineUnit(Asked[Judged], what="does a plan stand"):
     """A plan, judged by a simulation at every step.
 
     Attributes:
@@ -116,7 +116,7 @@ class Firmness:
 
 
 class FirmnessUnit(
-    Asked[Firmness], question="margin of a plan and its chance to stand", gaps_cm=GAPS_CM
+    Asked[Firmness], what="margin of a plan and its chance to stand", gaps_cm=GAPS_CM
 ):
     """A plan, its gaps of up to :data:`GAPS_CM` closed, measured by exact equilibrium.
 

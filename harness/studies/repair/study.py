@@ -17,7 +17,7 @@ FILE = "plans.csv"
 class RepairStudy(Study["Found"]):
     """Failing plans of a set, repaired in several ways, and judged by others than the judge."""
 
-    question = "How much of a packer's failing plan has to change until it stands?"
+    answers = "How much of a packer's failing plan has to change until it stands?"
     about = "repair packers' failing plans in several ways, and judge what comes of it"
 
     reference: bool = option(

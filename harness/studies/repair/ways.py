@@ -109,7 +109,7 @@ class Changed:
 
 class ChangeUnit(
     Asked[Changed],
-    question="repair of a plan",
+    what="repair of a plan",
     version=VERSION,
     seed=SEED,
 ):

@@ -16,7 +16,7 @@ FEWEST = 3000
 class Replication(Study["Results"]):
     """All files on all splits; or few files, and networks that are hardly trained."""
 
-    question = "What do the paper's accuracies measure, and how much of them is twins?"
+    answers = "What do the paper's accuracies measure, and how much of them is twins?"
     about = "the paper's experiment as it was run, and on splits without twins"
     workers = 0
 

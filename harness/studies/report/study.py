@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 class RunReport(Study["Found"]):
     """Which run is compared; the run itself is ``steadyload study run``."""
 
-    question = "How do methods compare on many layouts: accuracy, cost, and where they disagree?"
+    answers = "How do methods compare on many layouts: accuracy, cost, and where they disagree?"
     about = "write report.md of a study's folder"
     workers = None
     pages = ()

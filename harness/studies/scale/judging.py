@@ -60,7 +60,7 @@ class Judging:
     size: float = column("folder MiB", significant)
 
 
-class Many(Asked[Judging], question="layouts in blocks", methods=IN_BLOCKS, each=EACH):
+class Many(Asked[Judging], what="layouts in blocks", methods=IN_BLOCKS, each=EACH):
     """A study of many different layouts to be measured."""
 
     layouts: int
@@ -98,7 +98,7 @@ class Threads:
     cpu: float = column("CPU us", significant, "a layout")
 
 
-class InThreads(Asked[Threads], question="layouts in threads", each=EACH):
+class InThreads(Asked[Threads], what="layouts in threads", each=EACH):
     """A batch to be judged in threads."""
 
     layouts: int
@@ -135,7 +135,7 @@ class Simulating:
     )
 
 
-class OneByOne(Asked[Simulating], question="layouts one by one", ahead=AHEAD):
+class OneByOne(Asked[Simulating], what="layouts one by one", ahead=AHEAD):
     """A study of simulations to be measured."""
 
     layouts: int

@@ -56,7 +56,7 @@ class Point:
         return self.rows // _ROWS_A_LAYOUT
 
 
-class Size(Asked[Point], question="scale", methods=METHODS, repetitions=REPETITIONS):
+class Size(Asked[Point], what="scale", methods=METHODS, repetitions=REPETITIONS):
     """A study to be measured."""
 
     rows: int

@@ -17,7 +17,7 @@ class Scale(Study["Found"]):
     """Time and memory of studies, by their number of rows."""
 
     about = "measure what studies of many rows need"
-    question = "What does a study need by its number of rows: time, memory, disk?"
+    answers = "What does a study need by its number of rows: time, memory, disk?"
     workers = 2
 
     limit: int | None = option(

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 class Scope(Study["Found"]):
     """Verdicts that change, and cost that is saved, when a part of a pile is simulated."""
 
-    question = "Which bodies can a simulation leave out, and what does it save?"
+    answers = "Which bodies can a simulation leave out, and what does it save?"
     about = "simulations of only what a step changes, beside those of the whole pile"
 
     limit: int | None = option(

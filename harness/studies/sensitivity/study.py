@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 class Sensitivity(Study["Found"]):
     """Accuracy and rank of methods by the rule that labels are made by."""
 
-    question = "Which conclusions survive another time, threshold or point that is measured?"
+    answers = "Which conclusions survive another time, threshold or point that is measured?"
     about = "accuracy and rank of every method over the rule by which a loading fails"
     workers = 0
 

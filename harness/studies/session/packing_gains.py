@@ -144,7 +144,7 @@ def _judging(judge: str) -> Callable[[Layout], Verdict]:
 
 class PackingUnit(
     Asked[Packings],
-    question="gain for packing",
+    what="gain for packing",
     version=VERSION,
     seed=_SEED,
     **{"item count": ITEM_COUNT},

@@ -173,7 +173,7 @@ class MeasuredCurves:
     curves: Sequence[MeasuredCurve]
 
 
-class CurvesUnit(Asked[MeasuredCurves], question="cost of a placement"):
+class CurvesUnit(Asked[MeasuredCurves], what="cost of a placement"):
     """Curves of methods in turns."""
 
     methods: tuple[str, ...]

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 class Session(Study["Found"]):
     """Cost of sessions, and their gain for packing heuristics."""
 
-    question = "What does judging while packing cost, and what does it gain?"
+    answers = "What does judging while packing cost, and what does it gain?"
     about = "pack with and without rejecting what is not stable; what a placement costs"
     workers = None
 

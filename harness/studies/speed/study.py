@@ -21,7 +21,7 @@ FILE = "times.json"
 class Speed(Study["Found"]):
     """Times of judgements on labelled cases, and on the layouts of files."""
 
-    question = "What does a judgement cost, and how does that grow with the number of items?"
+    answers = "What does a judgement cost, and how does that grow with the number of items?"
     about = "measure what judgements cost"
     resumable = False
     workers = None

@@ -76,7 +76,7 @@ class Load:
         return self.layout.content_hash()
 
 
-class LimitUnit(Asked[list[dict[str, Any]]], question="limits of acceleration", version=VERSION):
+class LimitUnit(Asked[list[dict[str, Any]]], what="limits of acceleration", version=VERSION):
     """The limits of a load, in all directions."""
 
     load: Load

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 class Transport(Study["Found"]):
     """Limits of loads by statics, rule of thumb and simulation, beside the reference's."""
 
-    question = "What acceleration does a complete load withstand, and which method finds it?"
+    answers = "What acceleration does a complete load withstand, and which method finds it?"
     about = "compare limits of acceleration by equilibrium, engines and the reference, and why"
 
     limit: int | None = option(

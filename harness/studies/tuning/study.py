@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 class Tuning(Study["Found"]):
     """Which searches found the presets, and on how many cases these are judged."""
 
-    question = "What does tuning a simulation bring, and which parameter brings it?"
+    answers = "What does tuning a simulation bring, and which parameter brings it?"
     about = "compare tuned presets with other methods on test, and write the page of tuning"
     workers = 0
     pages = (

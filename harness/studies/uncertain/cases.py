@@ -31,7 +31,7 @@ share of random samples that stand, None where there were none."""
 
 
 @dataclass(frozen=True, slots=True)
-class Question:
+class SampledMethod:
     """How verdicts of a method are sampled.
 
     Attributes:
@@ -47,43 +47,43 @@ class Question:
     random: int = 0
 
 
-def _said(question: Question) -> list[Any]:
-    uncertainty = str(parse_uncertainty(question.uncertainty))
-    return [question.method, uncertainty, repr(question.sampling), int(question.random)]
+def _said(sampled: SampledMethod) -> list[Any]:
+    uncertainty = str(parse_uncertainty(sampled.uncertainty))
+    return [sampled.method, uncertainty, repr(sampled.sampling), int(sampled.random)]
 
 
-class Unit(AskedCases, question="certainty"):
+class Unit(AskedCases, what="certainty"):
     """One method and uncertainty on some cases."""
 
-    question: Question = asked("asked", said=_said)
+    sampled: SampledMethod = asked("asked", said=_said)
     made_by: Mapping[str, str] = asked("made by")
 
     def describe(self, part: int) -> str:
         """Description of a case for messages."""
-        asked = self.question
+        asked = self.sampled
         return f"{asked.method} on {super().describe(part)}, {asked.uncertainty}"
 
 
 def sample_unit(unit: Unit) -> Iterator[Row]:
     """Prepare a unit's method, then sample: a row a case."""
-    method = make_method(unit.question.method)
+    method = make_method(unit.sampled.method)
     method.prepare(max(len(layout) for _, layout in unit.cases))
     return _rows(method, unit)
 
 
 def _rows(method: Method, unit: Unit) -> Iterator[Row]:
     # One by one and in a batch, so that no time holds imports or compilation.
-    first, question = unit.cases[0][1], unit.question
+    first, sampled = unit.cases[0][1], unit.sampled
     judge(method, first)
     numbers = np.full((2, dimensions(len(first))), 0.5)
-    judge_deviated(method, first, parse_uncertainty(question.uncertainty), numbers)
+    judge_deviated(method, first, parse_uncertainty(sampled.uncertainty), numbers)
     for scenario, layout in unit.cases:
-        yield _row(method, question, scenario, layout)
+        yield _row(method, sampled, scenario, layout)
 
 
-def _row(method: Method, question: Question, scenario: str, layout: Layout) -> Row:
-    uncertainty = parse_uncertainty(question.uncertainty)
-    found = verdict_reliability(method, layout, uncertainty, question.sampling)
+def _row(method: Method, sampled: SampledMethod, scenario: str, layout: Layout) -> Row:
+    uncertainty = parse_uncertainty(sampled.uncertainty)
+    found = verdict_reliability(method, layout, uncertainty, sampled.sampling)
     stands = [safe == len(layout) for safe in found.said]
     return {
         "layout": layout.name,
@@ -99,16 +99,16 @@ def _row(method: Method, question: Question, scenario: str, layout: Layout) -> R
         "variance": variance_by_scramblings(stands) if stands else None,
         "cpu": found.cpu,
         "nominal_cpu": found.nominal.cpu.total,
-        "random": _random_share(method, question, layout) if question.random else None,
+        "random": _random_share(method, sampled, layout) if sampled.random else None,
     }
 
 
-def _random_share(method: Method, question: Question, layout: Layout) -> float:
+def _random_share(method: Method, sampled: SampledMethod, layout: Layout) -> float:
     """Share of random samples that stand, drawn independently of the quasi-random ones."""
     digest = int(layout.content_hash()[:8], 16)
-    random = np.random.default_rng([question.sampling.seed, digest])
-    uniforms = random.random((question.random, dimensions(len(layout))))
-    verdicts = judge_deviated(method, layout, parse_uncertainty(question.uncertainty), uniforms)
+    random = np.random.default_rng([sampled.sampling.seed, digest])
+    uniforms = random.random((sampled.random, dimensions(len(layout))))
+    verdicts = judge_deviated(method, layout, parse_uncertainty(sampled.uncertainty), uniforms)
     return float(np.mean([verdict.stable for verdict in verdicts]))
 
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.benchmark.dataset import KEYS
-from steadyload.layouts.model.question import Question as LabelQuestion
+from steadyload.layouts.model.question import Question
 from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.registry import make_method
 from steadyload.methods.uncertainty import parse_uncertainty
@@ -251,7 +251,7 @@ def _worth(cases: _Cases) -> Iterator[Worth]:
 
 def _labels(asked: str) -> pd.DataFrame:
     """Labels of a question, by case, and whether they are robust, where that is known."""
-    benchmark, question = load_benchmark(SET), LabelQuestion(asked)
+    benchmark, question = load_benchmark(SET), Question(asked)
     cases = benchmark.select(PART, question=question).set_index(KEYS)
     robust = benchmark.confidence_on(question)["robust"]
     return cases[["instance", "failing_step", "item_count"]].join(robust)

@@ -23,7 +23,7 @@ from steadyload.runs.store import JSON, Store, locked
 from steadyload.runs.verdict_reliability import FIRST_LOOK, Sampling
 from steadyload.studies.kit import Lab
 from steadyload.studies.uncertain import cases as uncertain_cases
-from steadyload.studies.uncertain.cases import Question, Row, Unit, crashed_row, sample_unit
+from steadyload.studies.uncertain.cases import Row, SampledMethod, Unit, crashed_row, sample_unit
 
 SET, PART = LISTS, Part.TEST
 """The labelled set, and its part on which nothing was chosen."""
@@ -94,22 +94,24 @@ def sampled_cases(lab: Lab, asked: str, limit: int | None = None) -> Sampled:
     # Of the code at the time of sampling, not of later changes.
     made = {spec: _made_by(spec) for spec in (*specs, alone_method, CHECK)}
 
-    def unit(count: int, question: Question) -> Unit:
-        """A question about the first cases of each scenario."""
+    def unit(count: int, sampled: SampledMethod) -> Unit:
+        """A method sampled on the first cases of each scenario."""
         chosen = benchmark.select(PART, limit=min(count, limit or count)).itertuples()
         own = tuple(
             (each.scenario, benchmark.layout(each.layout, each.scenario)) for each in chosen
         )
-        return Unit(own, question, made[question.method])
+        return Unit(own, sampled, made[sampled.method])
 
     def of_method(spec: str) -> Unit:
         count = CASES if make_method(spec).spec.engine is None else ENGINE_CASES
-        return unit(count, Question(spec, UNCERTAIN, SAMPLING))
+        return unit(count, SampledMethod(spec, UNCERTAIN, SAMPLING))
 
     by_method = {spec: of_method(spec) for spec in specs}
-    alone = {what: unit(ENGINE_CASES, Question(alone_method, what, SAMPLING)) for what in ALONE}
+    alone = {
+        what: unit(ENGINE_CASES, SampledMethod(alone_method, what, SAMPLING)) for what in ALONE
+    }
     few = replace(SAMPLING, most=FIRST_LOOK, seed=SAMPLING.seed + 1)
-    glance = unit(CHECK_CASES, Question(CHECK, UNCERTAIN, few))
+    glance = unit(CHECK_CASES, SampledMethod(CHECK, UNCERTAIN, few))
     with locked(lab.work):
         store: Store[Row, list[Row]] = Store(lab.work / "cases", JSON)
 
@@ -130,7 +132,7 @@ def sampled_cases(lab: Lab, asked: str, limit: int | None = None) -> Sampled:
         check = replace(
             glance,
             cases=_unsure(glance, table(glance))[:CHECKED],
-            question=replace(glance.question, sampling=SAMPLING, random=RANDOM),
+            sampled=replace(glance.sampled, sampling=SAMPLING, random=RANDOM),
         )
         sample([check])
         return Sampled(

@@ -13,13 +13,13 @@ if TYPE_CHECKING:
 class Uncertain(Study["Found"]):
     """Verdicts on many samples of labelled cases, compared with the labels of a question."""
 
-    question = "How reliable is a verdict when a load deviates from its plan?"
+    answers = "How reliable is a verdict when a load deviates from its plan?"
     about = "reliability of verdicts on labelled cases: accuracy, probability, cost"
     pages = (
         PublishedPage("uncertain"),
         PublishedPage(
             "uncertain_stands", "--question stands",
-            question="How reliable is a verdict on whether a load stands until it rests, when it "
+            answers="How reliable is a verdict on whether a load stands until it rests, when it "
             "deviates from its plan?",
         ),
     )  # fmt: skip

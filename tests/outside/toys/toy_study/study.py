@@ -16,7 +16,7 @@ class Toy(Study):
     """How many boxes."""
 
     name = "toy"
-    question = "How many boxes are there?"
+    answers = "How many boxes are there?"
     about = "count boxes"
 
     boxes: int = option(3, "how many boxes (default: 3)", least=1, most=9)
