@@ -39,6 +39,11 @@ def _with_n(found: Estimate) -> str:
     return f"{forms.percent(found)}, n {found.n}"
 
 
+def _taken(time: float) -> str:
+    """A time [ms]; a dash for a method that has no such phase."""
+    return forms.significant(time or None)
+
+
 _two = partial(forms.fixed, digits=2)
 _percent = forms.percent
 
@@ -145,6 +150,26 @@ COLUMNS: Mapping[str, Shown] = {
     "by_case": Shown("from case to case %", _percent),
     "component": Shown("variance component %", _percent),
     "freedom": Shown("degrees of freedom"),
+    # A run
+    "within_one": Shown("within one %", _percent),
+    "score": Shown("mean score %", _percent),
+    "fully_stable": Shown("fully stable %", _percent),
+    "agreement": Shown("agreement with simulations %", _percent),
+    "agrees": Shown("{}", _percent),
+    "agrees_with": Shown("agrees with {} %", _percent),
+    "build": Shown("build ms", _taken),
+    "step_ms": Shown("step ms", _taken),
+    "read": Shown("read ms", _taken),
+    "other": Shown("other ms", forms.significant),
+    "phases": Shown("build / step / read ms", left=False),
+    "honoured": Shown("honoured"),
+    "emulated": Shown("emulated"),
+    "ignored": Shown("ignored"),
+    "settings": Shown("all parameters that ask for something"),
+    "beyond": Shown("cases beyond"),
+    "by": Shown("by (cases)"),
+    "example": Shown("for example"),
+    "said_of": Shown("{}", left=False),
     # Cascades
     "budget": Shown("budget, points"),
     "aim": Shown("aim"),

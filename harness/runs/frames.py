@@ -26,7 +26,7 @@ from steadyload.layouts.sizes import MOST_SMALL
 from steadyload.runs.costs import CPU, WALL, Costs, judging_costs
 from steadyload.runs.evaluation import ALL
 from steadyload.runs.judged import JudgedCases
-from steadyload.runs.labels import item_lists, labels_on
+from steadyload.runs.labels import labels_on
 from steadyload.statistics import metrics, paired
 from steadyload.statistics.clusters import Clusters
 from steadyload.statistics.error_costs import ErrorShares, cheapest_by_ratio
@@ -36,31 +36,46 @@ from steadyload.statistics.placed import items_placed_by_case
 
 
 def verdicts(judged: JudgedCases) -> pd.DataFrame:
-    """All verdicts of a run on labelled cases, in the order of methods.
+    """All verdicts of a run, in the order of methods.
 
     Returns:
         ``method``, ``key``, ``title``, ``family``, ``engine``: of the method; ``gave_labels``: on
         an engine on which labels of layouts of more than :data:`.MOST_SMALL` boxes rest.
-        ``layout``, ``scenario``, ``list``, ``class``, ``items``: of the case; ``cluster``: its item
-        list, the stratum first. ``expected``, ``said``: items placed safely by the label and by the
-        method, all of them for a stable layout; ``said`` is missing without a verdict. ``right``:
-        both are the same step. ``over``,
-        ``under``: a later, an earlier one; ``under_or_none``: or no verdict. ``stable_or_not``:
-        both stable, or neither. ``stable``: by the label. ``said_to_fail``: the method names a
-        step. ``right_robust``, ``right_fragile``, ``right_failing``, ``right_stands``: ``right``
-        where the label is so, or by the label of the question ``stands``; else missing. ``status``,
-        ``substeps``, ``body_substeps``, ``cpu_total`` [s], ``wall_total`` [s]: of the verdict.
+        ``layout``, ``scenario``, ``items``: of the case; ``cluster``: its item list, the stratum
+        first, or without labels its layout. ``status``, ``failing_step``, ``substeps``,
+        ``body_substeps``, ``cpu_total`` [s], ``wall_total`` [s]: of the verdict; ``said_to_fail``:
+        the method names a step.
+
+        Of labelled cases ``list``, ``class``, too, and ``expected``, ``said``: items placed safely
+        by the label and by the method, all of them for a stable layout; ``said`` is missing without
+        a verdict. ``right``: both are the same step. ``over``, ``under``: a later, an earlier one;
+        ``under_or_none``: or no verdict. ``stable_or_not``: both stable, or neither. ``stable``: by
+        the label. ``right_robust``, ``right_fragile``, ``right_failing``, ``right_stands``:
+        ``right`` where the label is so, or by the label of the question ``stands``; else missing.
     """
-    labels = judged.labels
-    assert labels is not None, "the run is on a labelled set"
+    found = judged.results[judged.results["repetition"] == 0]
+    keys = [judged.keys[method] for method in found["method"]]
+    found = found.rename(columns={"item_count": "items"}).assign(
+        key=keys,
+        title=[key.title for key in keys],
+        family=[key.family for key in keys],
+        engine=[key.engine for key in keys],
+        gave_labels=found["method"].isin(judged.on_screens),
+        cluster=judged.clusters.reindex(pd.MultiIndex.from_frame(found[KEYS])).to_numpy(),
+        said_to_fail=found["failing_step"].notna(),
+    )
+    place = {spec: number for number, spec in enumerate(judged.keys)}
+    found = found.sort_values("method", key=lambda own: own.map(place), kind="stable")
+    return found if judged.labels is None else _against_labels(found, judged.labels)
+
+
+def _against_labels(found: pd.DataFrame, labels: pd.DataFrame) -> pd.DataFrame:
     robust = labels["robust"].astype("boolean")
     standing = labels_on(labels, Question.STANDS)
     of_case = pd.DataFrame(
         {
             "list": labels["instance"],
             "class": labels["item_class"],
-            "cluster": pd.Series(item_lists(labels), labels.index),
-            "items": labels["item_count"].astype(int),
             "expected": items_placed_by_case(labels["failing_step"], labels["item_count"]),
             "robust": robust.fillna(False),
             "fragile": ~robust.fillna(True),
@@ -69,22 +84,12 @@ def verdicts(judged: JudgedCases) -> pd.DataFrame:
             ).reindex(labels.index),
         }
     )
-    first = judged.results[judged.results["repetition"] == 0]
-    found = first.drop(columns=["item_count", "engine"]).merge(
-        of_case, left_on=KEYS, right_index=True
-    )
-    keys = [judged.keys[method] for method in found["method"]]
-    done, step = found["status"] == "done", found["failing_step"]
-    placed = items_placed_by_case(step, found["items"])
+    found = found.merge(of_case, left_on=KEYS, right_index=True)
+    done = found["status"] == "done"
+    placed = items_placed_by_case(found["failing_step"], found["items"])
     right, is_stable = done & (placed == found["expected"]), found["expected"] == found["items"]
-    found = found.assign(
-        key=keys,
-        title=[key.title for key in keys],
-        family=[key.family for key in keys],
-        engine=[key.engine for key in keys],
-        gave_labels=found["method"].isin(judged.on_screens),
+    return found.assign(
         said=placed.where(done),
-        said_to_fail=step.notna(),
         stable=is_stable,
         right=right,
         over=done & (placed > found["expected"]),
@@ -96,8 +101,6 @@ def verdicts(judged: JudgedCases) -> pd.DataFrame:
         right_failing=right.where(~is_stable),
         right_stands=(done & (placed == found["stands"])).where(found["stands"].notna()),
     )
-    place = {spec: number for number, spec in enumerate(judged.keys)}
-    return found.sort_values("method", key=lambda own: own.map(place), kind="stable")
 
 
 def costed(judged: JudgedCases, costs: Costs | None = None) -> pd.DataFrame:

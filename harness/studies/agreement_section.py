@@ -12,17 +12,20 @@ from steadyload.methods.contract.verdict import Verdict
 from steadyload.methods.session.recording import record_plan
 from steadyload.reports.interactive import STABLE, AnswerChart, AnsweredCase
 from steadyload.reports.viewer.page import MARKS, player_html
-from steadyload.runs.agreement import AgreementMatrix
+from steadyload.runs.answers import Answers
 from steadyload.runs.provenance import provenance_lines
 
 
-def answer_chart(matrix: AgreementMatrix, more: str = "") -> AnswerChart | None:
-    """The chart in the place of the picture in a browser; None without the answers."""
-    answers = matrix.answers
+def answer_chart(titles: Mapping[str, str], answers: Answers | None) -> AnswerChart | None:
+    """The chart in the place of the picture in a browser; None without the answers.
+
+    Args:
+        titles: of methods, by spec.
+        answers: of all of them.
+    """
     if answers is None:
         return None
     asked = "Number of cases on which two methods name different failing steps, or one names none."
-    titles = {method.spec: method.title for method in matrix.methods}
     specs, made = list(answers.said.columns), provenance_lines()
     cases = []
     for (name, scenario), said in answers.said.iterrows():
@@ -31,7 +34,7 @@ def answer_chart(matrix: AgreementMatrix, more: str = "") -> AnswerChart | None:
         player = "" if layout is None else _player(layout, specs[0], steps[0], made)
         cases.append(AnsweredCase(name, str(scenario), steps, player))
     shown = tuple(titles.get(spec, spec) for spec in specs)
-    return AnswerChart(shown, tuple(cases), f"{asked} {more}".rstrip())
+    return AnswerChart(shown, tuple(cases), asked)
 
 
 def _step(said: object, items: int) -> int | None:

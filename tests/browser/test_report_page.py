@@ -214,7 +214,7 @@ def test_a_run_of_more_cases_than_a_page_lists_has_the_picture_alone(run, tmp_pa
     monkeypatch.setattr(answers, "MOST_LISTED", 11)
     found = compare(run.parent)
     assert found.cases == 12
-    assert found.matrix.answers is None
+    assert found.answer_chart is None
     page = (
         write_page(RunReport(directory=tmp_path).page(found), tmp_path)
         .with_suffix(".html")

@@ -343,14 +343,10 @@ def test_a_missing_verdict_is_wrong_and_reported_apart(study, tmp_path, monkeypa
     monkeypatch.setattr(method, "_judge", lambda *_: 1 / 0)
     run_study(dataclasses.replace(study, methods=("sme", "fbs")), tmp_path / "run")
     comparison = compare(tmp_path / "run")
-    sme = comparison.evaluation.methods[0]
-    assert (sme.accuracy.value, sme.over.value, sme.under.value, sme.stable_or_not.value) == (
-        0,
-        0,
-        0,
-        0,
-    )
-    assert sme.without_verdict == {"error": 48}
+    sme = comparison.rows.loc["sme"]
+    shown = ("right", "over", "under", "stable_or_not", "within_one")
+    assert [sme[name].value for name in shown] == [0.0] * 5
+    assert sme["lost"] == {"error": 48}
     assert (
         "48 error"
         in write_page(RunReport(directory=tmp_path).page(comparison), tmp_path).read_text()
@@ -379,15 +375,16 @@ def test_the_page_leads_with_accuracy_and_needs_no_labelled_set(run, study, labe
 
 def test_disagreements_show_stored_centres_of_mass_and_the_label(run, labelled_set):
     benchmark, labels = load_benchmark(labelled_set), load_labels(run)
-    shown = compare(run).disagreements
-    assert {d.scenario for d in shown} > {"S1"}
-    for case in shown:
+    found = compare(run)
+    shown = found.disagreements
+    assert set(shown["scenario"]) > {"S1"}
+    for case, own in zip(found.drawn, shown.to_dict("records"), strict=False):
         layout = benchmark.layout(case.layout, case.scenario)
         centres = 0.5 * (layout.lower + layout.upper) + layout.mass_offsets
         drawn = 0.5 * (case.drawn.lower + case.drawn.upper) + case.drawn.mass_offsets
         np.testing.assert_array_equal(drawn, centres)
         step = labels.loc[(case.layout, case.scenario), "failing_step"]
-        assert case.said["label"] == ("stable" if pd.isna(step) else str(step))
+        assert own["said_of:label"] == ("stable" if pd.isna(step) else str(step))
 
 
 def test_a_folder_without_its_labels_says_so(run, tmp_path):

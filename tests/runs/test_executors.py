@@ -51,9 +51,9 @@ def test_an_engine_that_ends_its_process_costs_one_row(tmp_path, harm, how):
     # Layouts 0 to 2, of which the first is judged twice; twice the bad one; the others.
     assert judged(tmp_path).count(BAD) == 2
     assert len(judged(tmp_path)) == 1 + 3 + 1 + (1 + 3)
-    summary = {m.method.spec: m for m in compare(tmp_path / "run").evaluation.methods}
-    assert summary[f"harmful:harm={harm}"].without_verdict == {"crashed": 1}
-    assert summary[f"harmful:harm={harm}"].fully_stable.value == 5 / 6
+    summary = compare(tmp_path / "run").rows.loc[f"harmful:harm={harm}"]
+    assert summary["lost"] == {"crashed": 1}
+    assert summary["fully_stable"].value == 5 / 6
 
 
 @pytest.mark.usefixtures("outside")

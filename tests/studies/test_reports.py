@@ -4,6 +4,7 @@ import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from steadyload.atomic import manifest_text
@@ -70,50 +71,45 @@ def test_the_comparison_counts_by_hand(run, found):
     )
     same = (said["fbs"] == said[BULLET]).mean()
     assert 0.0 < same < 1.0
-    specs = [method.spec for method in found.matrix.methods]
-    shares = {
-        (a, b): share
-        for a, row in zip(specs, found.matrix.shares, strict=True)
-        for b, share in zip(specs, row, strict=True)
-    }
-    assert shares["fbs", BULLET].value == pytest.approx(same)
-    assert {a for (a, b), share in shares.items() if share.n == 0 and a == b} == {*specs}
+    agree = found.agree["agrees:PS_opt-paper @ bullet"]
+    assert agree["fbs"].value == pytest.approx(same)
+    assert agree.index[agree.isna()].tolist() == [BULLET]
     assert found.disputed == (said.nunique(axis=1) > 1).sum()
-    assert found.evaluation.labelled is None
+    assert found.labelled is None
+    for spec, own in found.rows.iterrows():
+        rows = frame[frame["method"] == spec]
+        assert own["fully_stable"].value == pytest.approx((rows["score"] == 1.0).mean())
+        assert own["score"].value == pytest.approx(rows["score"].mean())
+        others = {BULLET, MUJOCO, DART} - {spec}
+        agreement = np.mean([(said[spec] == said[other]).mean() for other in others])
+        assert own["agreement"].value == pytest.approx(agreement)
 
 
 def test_settings_that_an_engine_does_not_honour_are_named(run, found):
     (tuning,) = found.tunings
-    rows = {own.engine: own for own in tuning.rows}
-    assert {name: own.ignored for name, own in rows.items()} == {
-        "bullet": (), "mujoco": ("restitution", "broad_phase"), "dart": ("margin", "broad_phase"),
+    rows = tuning["rows"].set_index("engine")
+    assert dict(rows["ignored"]) == {
+        "bullet": "-", "mujoco": "restitution, broad_phase", "dart": "margin, broad_phase",
     }  # fmt: skip
     scores = load_results(run).pivot(index=["layout", "scenario"], columns="method", values="score")
-    agrees = rows["bullet"].agrees
-    assert agrees["mujoco"].value == pytest.approx((scores[BULLET] == scores[MUJOCO]).mean())
-    assert agrees["bullet"] is None
-    assert "eps_t 22" in tuning.settings
+    same = (scores[BULLET] == scores[MUJOCO]).mean()
+    assert rows["agrees_with:mujoco"]["bullet"].value == pytest.approx(same)
+    assert rows["agrees_with:bullet"]["bullet"] is None
+    assert "eps_t 22" in tuning["settings"]
     assert "mujoco" in found.made_with["versions"]
 
 
 def test_rules_against_simulations_are_disagreements(found):
     """Simulations that agree do not make the rules' answers disappear."""
-    (hanging,) = (
-        case for case in found.disagreements if (case.layout, case.scenario) == ("hanging", "S1")
-    )
-    assert list(hanging.said.values()) == ["1", "stable", "stable", "stable"]
+    cases = found.disagreements.set_index(["layout", "scenario"]).filter(like="said_of:")
+    assert list(cases.loc[("hanging", "S1")]) == ["1", "stable", "stable", "stable"]
 
 
 def test_the_page_shows_what_was_found(run, found, assert_shown):
     assert_shown(
         RunReport(directory=run),
         found,
-        answer=[len(found.evaluation.methods), found.cases, found.layouts, found.disputed],
-        tables=[
-            *(*found.scores.values(), *(tuning.rows for tuning in found.tunings)),
-            *([own for own in found.evaluation.methods if own.phases], found.matrix.rows),
-            *(found.disagreements, found.uses),
-        ],
+        answer=[len(found.rows), found.cases, found.layouts, found.disputed],
         charts=["trade_off", "phases", "agreement", "disagreement_1", "disagreement_2"],
     )
 

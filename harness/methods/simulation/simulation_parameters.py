@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 import typing
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cache
 from types import MappingProxyType
+from typing import Any
 
 from steadyload.engines.quantities import quantity
 from steadyload.engines.registry import engine_options
@@ -192,3 +195,12 @@ def parameters_on(engine: str) -> type[SimulationParameters]:
         namespace={"_options": make_options, "__post_init__": check},
         frozen=True,
     )
+
+
+COMMON = frozenset(own.name for own in dataclasses.fields(SimulationParameters))
+"""Parameters that simulations on every engine have."""
+
+
+def tuning(parameters: Mapping[str, Any]) -> str:
+    """The parameters that every engine has, as a text, equal for equally tuned simulations."""
+    return json.dumps({k: v for k, v in parameters.items() if k in COMMON}, sort_keys=True)

@@ -34,8 +34,7 @@ from steadyload.methods.registry import make_method
 from steadyload.methods.simulation.scene import planar_scene
 from steadyload.reports import frames
 from steadyload.runs import frames as v
-from steadyload.runs.agreement import AgreementMatrix
-from steadyload.runs.answers import answers_of, judged_layouts, listed_cases
+from steadyload.runs.answers import Answers, answers_of, judged_layouts, listed_cases
 from steadyload.runs.costs import timed_costs
 from steadyload.runs.evaluation import ALL, labelled_part
 from steadyload.runs.judged import JudgedCases, load_judged, manifest_lines
@@ -195,7 +194,9 @@ def of_question(
         "crossed": methods.crossed(frame, rows, found["few"]),
         **places.margins(frame, margin, rows, found["few"]),
         "agreement": _agreement(judged, found["few"]),
-        "answer_chart": answer_chart(_answers(judged, main)),
+        "answer_chart": answer_chart(
+            {spec: key.title for spec, key in judged.keys.items()}, _answers(judged, main)
+        ),
         **watched(v.comparable(frame), rows, main.definition),
         **(methods.beside_paper(found["groups"], printed) if printed else {"printed": None}),
     }  # fmt: skip
@@ -309,10 +310,9 @@ def _agreement(judged: JudgedCases, few: Sequence[str]) -> list[Values]:
     return frames.cells(pd.Series(found, dtype=object), titles, titles)
 
 
-def _answers(judged: JudgedCases, ran: Ran) -> AgreementMatrix:
+def _answers(judged: JudgedCases, ran: Ran) -> Answers | None:
     kept = kept_layouts(ran.folder, judged.manifest)
-    answers = answers_of(judged, judged_layouts(judged, kept, listed_cases(judged)))
-    return AgreementMatrix(tuple(judged.keys.values()), (), answers)
+    return answers_of(judged, judged_layouts(judged, kept, listed_cases(judged)))
 
 
 def _failing(judged: JudgedCases, question: Question, benchmark: Benchmark) -> pd.DataFrame:

@@ -21,9 +21,9 @@ from steadyload.methods.contract.method import Status
 from steadyload.methods.contract.spec import as_plain, parse_spec
 from steadyload.methods.registry import METHODS, each_question, make_method, method_class
 from steadyload.methods.simulation.simulation import Simulation
+from steadyload.methods.simulation.simulation_parameters import tuning
 from steadyload.methods.tuned import TUNED, tuned_engines
 from steadyload.runs.able import able_methods, asked_question
-from steadyload.runs.agreement import tuning
 from steadyload.runs.definition import StudyDefinition, StudyError
 from steadyload.runs.labels import labelled_cases
 from steadyload.runs.results import ResultsError, load_manifest, load_results

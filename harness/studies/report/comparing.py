@@ -3,137 +3,44 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import permutations
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from steadyload.engines.world import SETTINGS
 from steadyload.methods.naming import MethodKey
-from steadyload.reports.columns import cell, column, names, percent, row, significant
-from steadyload.runs.agreement import COMMON, AgreementMatrix, agreement_matrix, tuning
-from steadyload.runs.answers import judged_layouts, listed_cases
-from steadyload.runs.evaluation import ALL, Evaluation, MethodEvaluation, cheapest_near, evaluate
+from steadyload.methods.simulation.simulation_parameters import COMMON, tuning
+from steadyload.reports import frames
+from steadyload.reports.columns import names, significant
+from steadyload.runs import frames as v
+from steadyload.runs.answers import answers_of, judged_layouts, listed_cases
+from steadyload.runs.costs import PHASES, CostKind, CostSource, judging_costs
+from steadyload.runs.evaluation import ALL, labelled_part
 from steadyload.runs.judged import JudgedCases, load_judged, manifest_lines
 from steadyload.runs.results import kept_layouts
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import agreement, mean, same
-from steadyload.studies.report.disagreements import Disagreement, disagreements, most_divided
+from steadyload.studies.agreement_section import answer_chart
+from steadyload.studies.report.disagreements import Drawn, disagreements, most_divided
 
 NEAR = 0.02
 """Largest difference to the best accuracy at which a method counts as nearly as accurate."""
 
-
-@row
-class Scored:
-    """A method, and the mean share of equal failing steps with simulations on other engines; None
-    where there is none to compare with.
-    """
-
-    own: MethodEvaluation
-    agreement: Estimate | None = column("agreement with simulations %", percent)
+_SHARES = ("right", "over", "under", "stable_or_not", "within_one", "right_stands", "right_robust",
+           "right_fragile")  # fmt: skip
+"""Of labelled cases."""
 
 
-def _listed(settings: Mapping[str, str]) -> str:
-    return ", ".join(f"{name} {value}" for name, value in settings.items())
+class Found(SimpleNamespace):
+    """All that the page shows."""
 
-
-@row
-class SettingsUse:
-    """Settings of one method that its engine honours, emulates or ignores."""
-
-    method: MethodKey = column(form=lambda method: method.title, left=True)
-    honoured: Sequence[str] = column(form=names, left=True)
-    emulated: Sequence[str] = column(form=names, left=True)
-    ignored: Sequence[str] = column(form=names, left=True)
-    settings: Mapping[str, str] = column(
-        "all parameters that ask for something", _listed, left=True
-    )
-
-
-def _phases(taken: Sequence[float] | None) -> str:
-    return cell(taken and " / ".join(map(significant, taken)))
-
-
-@row
-class OnEngine:
-    """A parameter set on one engine: its results, its agreement with each engine (None with its
-    own), and the settings that the engine does not honour.
-    """
-
-    own: MethodEvaluation
-    engine: str = column()
-    agrees: Mapping[str, Estimate | None] = column("agrees with {} %", percent)
-    phases: Sequence[float] | None = column("build / step / read ms", _phases)
-    emulated: Sequence[str] = column(form=names)
-    ignored: Sequence[str] = column(form=names)
-
-
-@row
-class SameTuning:
-    """One parameter set on several engines; ``settings`` are those that all engines have."""
-
-    title: str
-    settings: str
-    rows: Sequence[OnEngine]
-
-
-@row
-class Beyond:
-    """Cases of a study beyond one limit of the envelope of a method's engine."""
-
-    method: str = column()
-    cases: str = column("cases beyond", left=True)
-    by: str = column("by (cases)")
-    example: str = column("for example")
-
-
-@row
-class Envelopes:
-    """Cases beyond envelopes, and methods of whose engine nothing was measured."""
-
-    beyond: Sequence[Beyond]
-    unmeasured: Sequence[str]
-
-
-@row
-class Found:
-    """Everything that a study's page shows.
-
-    ``disputed``: cases with more than one answer. ``envelopes``: None for runs that were made
-    before envelopes were recorded. ``missing_rows``, ``missing_methods``: of a run that is not
-    finished. ``refused``: layouts of the files that are not valid.
-    """
-
-    title: str
-    cases: int
-    layouts: int
-    scenarios: Sequence[str]
-    evaluation: Evaluation
-    scores: Mapping[str, Sequence[Scored]]
-    matrix: AgreementMatrix
-    tunings: Sequence[SameTuning]
-    uses: Sequence[SettingsUse]
-    disagreements: Sequence[Disagreement]
-    disputed: int
-    missing_rows: int
-    missing_methods: Sequence[str]
-    refused: int
-    envelopes: Envelopes | None
     made_with: Mapping[str, str]
-
-    @property
-    def cheapest(self) -> MethodEvaluation | None:
-        """The cheapest method that is nearly as accurate as the best."""
-        return cheapest_near(self.evaluation.comparable, NEAR)
-
-    @property
-    def answer_chart(self) -> Any:
-        """The chart of the answers behind the matrix, for the HTML page; None without them."""
-        from steadyload.studies.agreement_section import answer_chart
-
-        return answer_chart(self.matrix)
+    drawn: Sequence[Drawn]
 
 
 def compare(directory: str | Path) -> Found:
@@ -144,34 +51,47 @@ def compare(directory: str | Path) -> Found:
     """
     directory = Path(directory)
     judged = load_judged(directory)
-    manifest, results, said, keys = judged.manifest, judged.results, judged.said, judged.keys
-    kept, divided = kept_layouts(directory, manifest), most_divided(judged)
-    layouts = judged_layouts(judged, kept, {*listed_cases(judged), *divided})
-    evaluation = evaluate(judged)
-    first = results.drop_duplicates("method").set_index("method")["parameters"]
-    engines = {m: key for m, key in keys.items() if key.engine}
-    uses = tuple(
-        _settings_use(key, first[m], *judged.not_honoured[m]) for m, key in engines.items()
+    manifest, said, keys = judged.manifest, judged.said, judged.keys
+    divided = most_divided(judged)
+    layouts = judged_layouts(
+        judged, kept_layouts(directory, manifest), {*listed_cases(judged), *divided}
     )
+    frame = v.costed(judged)
+    frame["fully_stable"] = (frame["score"] == 1.0).fillna(False)
+    parts = dict(list(v.grouped(frame).groupby("group", sort=False)))
+    groups = {group: _by_method(judged, cases, str(group)) for group, cases in parts.items()}
+    rows, uses = groups[ALL], _settings(judged)
+    titles = {spec: key.title for spec, key in keys.items()}
+    agree = pd.Series(
+        {
+            (a, b): agreement(said, a, b, judged.clusters) for a, b in permutations(keys, 2)
+        },
+        index=pd.MultiIndex.from_tuples(permutations(keys, 2), names=["method", "other"]),
+        dtype=object,
+    )  # fmt: skip
     return Found(
         title=manifest["study"]["name"],
         cases=len(said),
-        layouts=results["layout"].nunique(),
+        layouts=judged.results["layout"].nunique(),
         scenarios=judged.scenarios,
-        evaluation=evaluation,
-        scores={
-            group: [
-                Scored(own, agreed)
-                for own, agreed in zip(
-                    evaluation.rows[group], _mean_agreement(judged, group), strict=True
-                )
-            ]
-            for group in evaluation.groups
+        rows=rows,
+        groups={group: own for group, own in groups.items() if group != ALL},
+        headers={group: _headers(cases) for group, cases in parts.items()},
+        charted={
+            "all scenarios" if group == ALL else group: frames.records(own)
+            for group, own in groups.items()
         },
-        matrix=agreement_matrix(judged, layouts),
-        tunings=list(_same_tunings(judged, evaluation, uses)),
-        uses=uses,
-        disagreements=disagreements(judged, divided, layouts),
+        agreeing=frames.records(rows, rows.index[rows["agreement"].notna()]),
+        phases=_phases(judged, rows),
+        costs=CostSource(CostKind.JUDGING).explained(),
+        labelled=None if judged.labels is None else labelled_part(judged),
+        **({} if judged.labels is None else _leading(frame, rows)),
+        agree=_agree(agree, titles),
+        cells=frames.cells(agree, titles, titles),
+        answer_chart=answer_chart(titles, answers_of(judged, layouts)),
+        tunings=list(_same_tunings(judged, rows, uses, agree)),
+        uses=uses.assign(settings=uses["settings"].map(_listed)),
+        **disagreements(judged, divided, layouts),
         disputed=int((said.nunique(axis=1, dropna=False) > 1).sum()),
         missing_rows=manifest["rows"] - judged.rows,
         missing_methods=[m for m in manifest["study"]["methods"] if m not in keys],
@@ -181,54 +101,134 @@ def compare(directory: str | Path) -> Found:
     )
 
 
-def _envelopes(manifest: Mapping[str, Any], keys: Mapping[str, MethodKey]) -> Envelopes | None:
-    found = [(keys[m].title, e) for m, e in manifest.get("envelope", {}).items() if m in keys]
-    if not found:
-        return None
-    beyond = [
-        Beyond(
-            title,
-            f"{entry['cases']} of {entry.get('of', 0)}",
-            f"{reason['limit']} ({reason['cases']})",
-            f"{reason['example']}: {reason['sentence']}",
+def _by_method(judged: JudgedCases, frame: pd.DataFrame, group: str) -> pd.DataFrame:
+    """A row a method: what it says, its costs and agreement, and against labels its accuracy.
+
+    Returns:
+        ``score``: mean of the cases with a verdict; ``fully_stable``: share of layouts that the
+        method calls stable; ``agreement``: mean share of equal failing steps with simulations on
+        other engines, missing where there is none.
+    """
+    by = ["method"]
+    if judged.labels is None:
+        found = v.by_method(frame, ())
+    else:
+        one = (frame["said"] - frame["expected"]).abs() <= 1
+        natural = labelled_part(judged).natural_stable
+        found = v.by_method(frame.assign(within_one=one.fillna(False)), _SHARES).assign(
+            natural=v.at_prevalence(frame, natural, by) if natural else None
         )
+    return found.assign(
+        cpu=v.mean(frame, "cpu", by),
+        wall=v.mean(frame, "wall", by),
+        score=v.mean(frame[frame["status"] == "done"], "score", by),
+        fully_stable=v.share(frame, "fully_stable", by),
+        agreement=pd.Series(_mean_agreement(judged, group), dtype=object),
+    )
+
+
+def _headers(frame: pd.DataFrame) -> dict[str, str]:
+    """Headers of accuracies that are of some of the cases."""
+    cases = v.once(frame)
+    known = [kind for kind in ("robust", "fragile") if kind in cases]
+    return {f"right_{kind}": f"{kind} % (n {cases[kind].sum()})" for kind in known}
+
+
+def _mean_agreement(judged: JudgedCases, group: str) -> dict[str, Estimate]:
+    """Of each method, the mean share of equal failing steps with simulations on other engines."""
+    scenarios = judged.said.index.get_level_values("scenario")
+    said = judged.said if group == ALL else judged.said[scenarios == group]
+    clusters, found = judged.clusters.loc[said.index], {}
+    for spec, key in judged.keys.items():
+        others = [m for m, k in judged.keys.items() if k.engine and k.engine != key.engine]
+        if others:
+            equal = np.stack([same(said, spec, other) for other in others])
+            found[spec] = mean(equal.mean(axis=0), clusters)
+    return found
+
+
+def _leading(frame: pd.DataFrame, rows: pd.DataFrame) -> dict[str, Any]:
+    """The most accurate method, the cheapest near it, and how far others are behind it."""
+    compared = v.comparable(frame)
+    own = rows.loc[compared["method"].unique()]
+    best, right = v.best(own["right"]), v.values(own["right"])
+    near = own["cpu"][right >= right.max() - NEAR].dropna()
+    cheapest = v.values(near).idxmin() if len(near) else best
+    difference = compared["right"].astype(float) - v.beside(compared, "right", best).astype(float)
+    others = compared.assign(behind=difference)[compared["method"] != best]
+    behind = v.mean(others, "behind", ["method"])
+    return {
+        "leading": dict(own.loc[best]),
+        "cheapest": None if cheapest == best else dict(own.loc[cheapest]),
+        "behind": behind.to_frame("behind").assign(title=rows["title"]),
+    }
+
+
+def _agree(agree: pd.Series, titles: Mapping[str, str]) -> pd.DataFrame:
+    """The matrix of agreement: a row a method, and a column a method."""
+    found = pd.DataFrame({"title": titles})
+    for spec, title in titles.items():
+        if len(titles) > 1:
+            found[f"agrees:{title}"] = agree.xs(spec, level="other")
+    return found
+
+
+def _phases(judged: JudgedCases, rows: pd.DataFrame) -> pd.DataFrame:
+    """Mean CPU time by phase [ms] of methods with a time; what is in no phase is ``other``."""
+    taken = judging_costs(judged.results).milliseconds
+    times = pd.DataFrame({spec: taken[spec][list(PHASES)].mean() for spec in rows.index}).T
+    times.columns = pd.Index(["build", "step_ms", "read"])
+    other = v.values(rows["cpu"]) - times.sum(axis=1)
+    return rows[["title", "cpu", "wall"]].join(times).assign(other=other)
+
+
+def _envelopes(manifest: Mapping[str, Any], keys: Mapping[str, MethodKey]) -> Any:
+    """Cases beyond envelopes, and methods of whose engine nothing was measured.
+
+    None for runs that were made before envelopes were recorded.
+    """
+    found = [(keys[m].title, e) for m, e in manifest.get("envelope", {}).items() if m in keys]
+    beyond = [
+        {
+            "title": title,
+            "beyond": f"{entry['cases']} of {entry.get('of', 0)}",
+            "by": f"{reason['limit']} ({reason['cases']})",
+            "example": f"{reason['example']}: {reason['sentence']}",
+        }
         for title, entry in found
         if entry.get("cases")
         for reason in entry.get("reasons", ())
     ]
-    return Envelopes(beyond, [title for title, e in found if e.get("cases") is None])
+    unmeasured = [title for title, e in found if e.get("cases") is None]
+    return {"beyond": pd.DataFrame(beyond), "unmeasured": unmeasured} if found else None
 
 
-def _mean_agreement(judged: JudgedCases, group: str) -> Iterator[Estimate | None]:
-    """Of each method, the mean share of equal failing steps with simulations on other engines.
-
-    None without such simulations.
+def _settings(judged: JudgedCases) -> pd.DataFrame:
+    """A row a simulation: settings that its engine honours, emulates or ignores, and all of them
+    that ask for something.
     """
-    scenarios = judged.said.index.get_level_values("scenario")
-    said = judged.said if group == ALL else judged.said[scenarios == group]
-    clusters = judged.clusters.loc[said.index]
+    first = judged.results.drop_duplicates("method").set_index("method")["parameters"]
+    found = {}
     for spec, key in judged.keys.items():
-        others = [m for m, k in judged.keys.items() if k.engine and k.engine != key.engine]
-        equal = [same(said, spec, other) for other in others]
-        yield mean(np.stack(equal).mean(axis=0), clusters) if equal else None
-
-
-def _settings_use(
-    key: MethodKey, parameters_text: str, ignored: Iterable[str], emulated: Iterable[str]
-) -> SettingsUse:
-    parameters, ignored, emulated = json.loads(parameters_text), tuple(ignored), tuple(emulated)
-    asked = [
-        name
-        for name, value in parameters.items()
-        if name in SETTINGS and value not in (None, 0, 0.0)
-    ]
-    return SettingsUse(
-        method=key,
-        honoured=tuple(n for n in asked if n not in ignored and n not in emulated),
-        emulated=emulated,
-        ignored=ignored,
-        settings=_shown(parameters),
+        if key.engine:
+            parameters, (ignored, emulated) = json.loads(first[spec]), judged.not_honoured[spec]
+            asked = [
+                n for n, value in parameters.items() if n in SETTINGS and value not in (None, 0)
+            ]
+            found[spec] = {
+                "title": key.title,
+                "honoured": names(n for n in asked if n not in ignored and n not in emulated),
+                "emulated": names(emulated),
+                "ignored": names(ignored),
+                "settings": _shown(parameters),
+            }
+    return pd.DataFrame(
+        found.values(), list(found), ["title", "honoured", "emulated", "ignored", "settings"]
     )
+
+
+def _listed(settings: Mapping[str, str]) -> str:
+    return ", ".join(f"{name} {value}" for name, value in settings.items())
 
 
 def _shown(parameters: Mapping[str, Any]) -> dict[str, str]:
@@ -242,41 +242,27 @@ def _shown(parameters: Mapping[str, Any]) -> dict[str, str]:
 
 
 def _same_tunings(
-    judged: JudgedCases, evaluation: Evaluation, uses: Sequence[SettingsUse]
-) -> Iterator[SameTuning]:
+    judged: JudgedCases, rows: pd.DataFrame, uses: pd.DataFrame, agree: pd.Series
+) -> Iterator[dict[str, Any]]:
+    """Parameter sets on several engines, with the settings that all engines have."""
     simulated = judged.results.dropna(subset=["engine"])
-    used = {use.method.spec: use for use in uses}
     # Parameters of a single engine are left out of those that engines have in common.
     common = simulated["parameters"].map(json.loads).map(tuning)
     for _, group in simulated.groupby([simulated["method_name"], common], sort=False):
-        specs = set(group["method"])
-        rows = [own for own in evaluation.methods if own.method.spec in specs]
-        if len({own.method.engine for own in rows}) < 2:
+        specs = [spec for spec in judged.keys if spec in set(group["method"])]
+        engines = {spec: str(judged.keys[spec].engine) for spec in specs}
+        if len(set(engines.values())) < 2:
             continue
-        settings = used[rows[0].method.spec].settings
-        yield SameTuning(
-            title=rows[0].method.title.partition(" @ ")[0],
-            settings=_listed({k: v for k, v in settings.items() if k in COMMON}),
-            rows=[_on_engine(judged, own, rows, used[own.method.spec]) for own in rows],
-        )
-
-
-def _on_engine(
-    judged: JudgedCases, own: MethodEvaluation, rows: Sequence[MethodEvaluation], use: SettingsUse
-) -> OnEngine:
-    spec, phases = own.method.spec, own.phases
-    return OnEngine(
-        own=own,
-        engine=str(own.method.engine),
-        agrees={str(other.method.engine): None for other in rows}
-        | {
-            str(other.method.engine): agreement(
-                judged.said, spec, other.method.spec, judged.clusters
-            )
-            for other in rows
-            if other is not own
-        },
-        phases=None if phases is None else (phases.build, phases.step, phases.read),
-        emulated=use.emulated,
-        ignored=use.ignored,
-    )
+        found = rows.loc[specs].assign(engine=pd.Series(engines)).join(
+            uses[["emulated", "ignored"]]
+        )  # fmt: skip
+        for other, engine in engines.items():
+            found[f"agrees_with:{engine}"] = [agree.get((spec, other)) for spec in specs]
+        phases = _phases(judged, rows.loc[specs])[["build", "step_ms", "read"]]
+        found["phases"] = [" / ".join(map(significant, own)) for own in phases.to_numpy()]
+        settings = uses["settings"][specs[0]]
+        yield {
+            "title": rows["title"][specs[0]].partition(" @ ")[0],
+            "settings": _listed({k: of for k, of in settings.items() if k in COMMON}),
+            "rows": found,
+        }

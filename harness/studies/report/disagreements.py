@@ -3,32 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 
 from steadyload.layouts.model.layout import Layout
 from steadyload.layouts.model.naming import box_id
-from steadyload.reports.columns import column, markdown, row
+from steadyload.reports.columns import markdown
 from steadyload.runs.answers import LABEL, Case
 from steadyload.runs.judged import JudgedCases
 
 _MOST = 10
 
 
-@row
-class Disagreement:
-    """A case on which methods differ, with each verdict: failing step (with the id of its box,
-    if it has one), ``stable`` or a status.
+class Drawn(NamedTuple):
+    """A case, its layout as it was judged, and the failing steps of all methods."""
 
-    ``drawn``: the layout as it was judged. ``marked``: the failing steps of all methods.
-    """
-
-    layout: str = column(form=markdown)
-    scenario: str = column()
-    item_count: int = column("items")
-    said: Mapping[str, str] = column("{}", markdown)
+    layout: str
+    scenario: str
     drawn: Layout
     marked: tuple[int, ...]
 
@@ -51,34 +44,34 @@ def most_divided(judged: JudgedCases) -> list[Case]:
 
 def disagreements(
     judged: JudgedCases, shown: Sequence[Case], layouts: Mapping[Case, Layout]
-) -> tuple[Disagreement, ...]:
-    """Some cases with all that is said of them.
+) -> dict[str, Any]:
+    """Some cases on which methods differ, with all that is said of them.
 
     Args:
         judged: the cases and verdicts.
         shown: those of :func:`most_divided`.
         layouts: of these, and perhaps of others.
+
+    Returns:
+        ``disagreements``: a row a case, with each verdict: failing step (with the id of its box, if
+        it has one), ``stable`` or a status. ``drawn``: the first two of them.
     """
     keys, labels, results = judged.keys, judged.labels, judged.results
     rows = results[results["repetition"] == 0].set_index(["layout", "scenario", "method"])
-    found = []
+    found, drawn = [], []
     for name, scenario in shown:
         layout, label = layouts[name, scenario], {}
         if labels is not None:
             label = {LABEL: _step(labels.loc[(name, scenario)]["failing_step"])}
         verdicts = {m: rows.loc[(name, scenario, m)] for m in keys}
-        failing = [v["failing_step"] for v in verdicts.values() if not pd.isna(v["failing_step"])]
+        failing = {int(x["failing_step"]) for x in verdicts.values() if pd.notna(x["failing_step"])}
+        said = label | {keys[m].title: _said(verdict, layout) for m, verdict in verdicts.items()}
         found.append(
-            Disagreement(
-                layout=name,
-                scenario=scenario,
-                item_count=len(layout),
-                said=label | {keys[m].title: _said(v, layout) for m, v in verdicts.items()},
-                drawn=layout,
-                marked=tuple(sorted({int(f) for f in failing})),
-            )
+            {"layout": markdown(name), "scenario": scenario, "items": len(layout)}
+            | {f"said_of:{title}": markdown(text) for title, text in said.items()}
         )
-    return tuple(found)
+        drawn.append(Drawn(name, scenario, layout, tuple(sorted(failing))))
+    return {"disagreements": pd.DataFrame(found), "drawn": drawn[:2]}
 
 
 def _dissent(answers: pd.Series) -> float:
