@@ -131,19 +131,19 @@ def found():
 
 def test_distances_are_those_of_a_count_by_hand(found):
     assert found.small_loads == found.real_loads == Loads(2, 1, 2, 1, 1)
-    exact, whole, engine = found.small
+    small, leaning, real, real_leaning = found.distances.values()
+    exact, whole, engine = small
     assert [exact.method.spec, whole.method.spec] == [EXACT, WHOLE]
     assert (exact.difference.n, exact.loads) == (2, 1)
     assert exact.difference.value == pytest.approx(0.02)
-    assert exact.apart.value == pytest.approx(0.03)
     assert (exact.above.value, exact.below.value) == (0.5, 0.0)
     assert np.isnan(whole.cpu.value)
     assert (engine.difference.n, engine.above.value) == (1, 0.0)
-    assert [one.method.spec for one in found.leaning] == [WHOLE, RISING]
-    assert {one.method.spec: one.difference.n for one in found.real} == {
+    assert [one.method.spec for one in leaning] == [WHOLE, RISING]
+    assert {one.method.spec: one.difference.n for one in real} == {
         EXACT: 2, WHOLE: 2, RISING: 1
     }  # fmt: skip
-    assert {one.method.spec: one.difference.n for one in found.real_leaning} == {
+    assert {one.method.spec: one.difference.n for one in real_leaning} == {
         WHOLE: 2, RISING: 1
     }  # fmt: skip
     of_exact = found.weakest
@@ -164,7 +164,7 @@ def test_the_page_shows_what_was_found(found, assert_shown):
         found,
         answer=[
             decimal(weakest.weakest, 3),
-            *(plain_percent(one.above.value) for one in found.beside_real),
+            *(plain_percent(one.above.value) for one in (found.by_equilibrium, found.by_thumb)),
         ],
         tables=[*found.distances.values(), found.holding, found.frictions, found.engines],
         charts=["around", "differences", "weakest"],

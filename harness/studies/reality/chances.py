@@ -45,7 +45,6 @@ class Chances:
     sure: Estimate = column("its chance %", percent, "on average")
     log_loss: Estimate = column("log loss", _two_digits)
     brier: Estimate = column("Brier", _two_digits, "sum over the faces")
-    cpu_s: float
 
 
 @row
@@ -125,7 +124,6 @@ def chances(
         mean(given.max(axis=1)),
         mean(log_losses(given, wanted)),
         mean(briers(given, wanted)),
-        found.cpu_s,
     )
 
 

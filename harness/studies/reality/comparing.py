@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -19,11 +19,8 @@ from steadyload.reports.columns import (
     significant,
 )
 from steadyload.statistics.estimate import Estimate
-from steadyload.studies.reality.chances import Calibration, Chances, calibration
+from steadyload.studies.reality.chances import calibration
 from steadyload.studies.reality.errors import (
-    BothHalves,
-    Errors,
-    Step,
     as_good_as,
     both_halves,
     errors_of,
@@ -31,20 +28,18 @@ from steadyload.studies.reality.errors import (
     of_half,
     steps_of,
 )
-from steadyload.studies.reality.fitting import OFF_CM, SPACE, TURN_DEG
+from steadyload.studies.reality.fitting import OFF_CM, TURN_DEG
 from steadyload.studies.reality.loading import (
     Changed,
-    Difference,
-    Ranking,
     changed,
     differences,
     rankings,
     verdicts,
 )
-from steadyload.studies.reality.on_the_way import Grown, Rest, by_impacts, by_time, rest_of
-from steadyload.studies.reality.record import FIT, MEASURED, Recorded
+from steadyload.studies.reality.on_the_way import by_impacts, by_time, rest_of
+from steadyload.studies.reality.record import FIT, MEASURED
 from steadyload.studies.reality.running import FREQUENCY, JITTERS, AllMeasured, ByEngine, Way
-from steadyload.studies.reality.tosses import Worst, worst
+from steadyload.studies.reality.tosses import worst
 
 
 @row
@@ -57,7 +52,6 @@ class Flight:
     y_mm: Estimate = column("y mm", one_decimal)
     z_mm: Estimate = column("z mm", one_decimal)
     gravity: Estimate = column("gravity m/s2", decimal)
-    offset_mm: float
     scale: float = column("lengths times", lambda scale: fixed(scale, 3))
 
 
@@ -85,204 +79,87 @@ class Closeness:
     closeness: float
 
 
-@row
-class Found:
-    """Everything the page shows.
+class Found(SimpleNamespace):
+    """All that the page shows."""
 
-    Attributes:
-        best: the engine that is closest on the half for fitting, on the other half with the
-            contacts fitted.
-        as_good: see :func:`steadyload.studies.reality.errors.as_good_as`.
-    """
-
-    recorded: Recorded
-    best: Errors
-    as_good: Mapping[str, float]
-    fitted: Sequence[Errors]
-    guesses: Sequence[Errors]
-    ways: Sequence[BothHalves]
-    flights: Sequence[Flight]
-    steps: Sequence[Step]
-    by_time: Sequence[Grown]
-    by_impacts: Sequence[Grown]
-    rests: Sequence[Rest]
-    costs: Sequence[Cost]
-    friction: Sequence[Closeness]
-    calibrations: Sequence[Calibration]
-    differences: Sequence[Difference]
-    changed: Sequence[Changed]
-    rankings: Sequence[Ranking]
-    worst: Sequence[Worst]
-    missing: Sequence[str]
-    scale: float
-    cpu_hours: float
     made_with: Mapping[str, str]
-    measured: AllMeasured
-    frequency: int = FREQUENCY
-    jitters: int = JITTERS
-    space: str = SPACE
-    half_off_cm: float = OFF_CM
-    half_turn_deg: float = TURN_DEG
-
-    @property
-    def all_fitted(self) -> Sequence[Errors]:
-        """Fitted engines on the half that is measured, and guesses."""
-        return [*self.fitted, *self.guesses]
-
-    @property
-    def released(self) -> Errors:
-        """The guess that a body stays as it is released."""
-        return self.guesses[0]
-
-    @property
-    def landed(self) -> Errors:
-        """The guess that it flies freely and stays as it first touches the floor."""
-        return self.guesses[1]
-
-    @property
-    def near_best(self) -> Sequence[Errors]:
-        """Engines whose right faces do not differ significantly from the best one's, and that one,
-        by their right faces.
-        """
-        own = [one for one in self.fitted if one.engine in self.as_good]
-        return sorted(own, key=lambda one: one.face.value)
-
-    @property
-    def shown(self) -> Sequence[float]:
-        """Least differences from the best one that the throws show, of others in `near_best`."""
-        return sorted(self.as_good[one.engine] for one in self.near_best if one != self.best)
-
-    @property
-    def presets(self) -> Sequence[Errors]:
-        """Engines with presets, on the half that is measured."""
-        return [one.measured for one in self.ways if one.way == Way.PRESET]
-
-    @property
-    def without_restitution(self) -> Sequence[str]:
-        """Titles of engines that have no coefficient of restitution."""
-        return [e.title for e in self.measured.engines if e.restitution is Support.IGNORED]
-
-    @property
-    def emulating(self) -> Sequence[str]:
-        """Titles of engines that emulate one."""
-        return [e.title for e in self.measured.engines if e.restitution is Support.ON_REQUEST]
-
-    @property
-    def sliding_badly(self) -> Sequence[str]:
-        """Titles of engines that declare to fail the check of a fast slide."""
-        return [one.title for one in self.measured.engines if one.slides_badly]
-
-    @property
-    def usual_departure_mm(self) -> float:
-        """By how much a record departs from free flight before its first contact, median [mm]."""
-        return 1e3 * float(np.median([toss.departure_m for toss in self.recorded.tosses]))
-
-    @property
-    def ranked(self) -> int:
-        """Engines that judged layouts, without the reference."""
-        own = [one for one in self.measured.engines if one.evaluation is not None]
-        return sum(not one.is_reference for one in own)
-
-    @property
-    def slow(self) -> Sequence[str]:
-        """Titles of the engines that run once a trial, without jitters."""
-        return [one.title for one in self.measured.engines if one.slow]
-
-    @property
-    def measured_trials(self) -> int:
-        """Trials of the half on which errors are measured."""
-        return self.best.trials
-
-    @property
-    def fit_trials(self) -> int:
-        """Trials of the half on which contacts are fitted."""
-        return len(self.recorded.tosses) - self.best.trials
-
-    @property
-    def chosen(self) -> Sequence[Chances]:
-        """Chances on the half that is measured, with the factor that was chosen."""
-        return [one.chosen for one in self.calibrations]
-
-    @property
-    def plain(self) -> Sequence[Chances]:
-        """Likewise with the noise as it is."""
-        return [one.plain for one in self.calibrations]
-
-    @property
-    def surest(self) -> Chances | None:
-        """Chances of least log loss; None where none are jittered."""
-        return min(self.chosen, key=lambda one: one.log_loss.value, default=None)
-
-    @property
-    def alike(self) -> int:
-        """Trials that all engines get wrong in the same way."""
-        return sum(one.alike for one in self.worst)
-
-    @property
-    def flight(self) -> Flight:
-        """Facts of the flights of the half for fitting, which engines are given."""
-        return next(one for one in self.flights if one.trials == FIT)
-
-    @property
-    def height_mm(self) -> float:
-        """Height of the centre at rest in the record, median [mm]."""
-        return 1e3 * self.recorded.height_m
-
-    @property
-    def noise_mm(self) -> float:
-        """Noise of a released position [mm]."""
-        return 1e3 * self.recorded.noise.position_m
-
-    @property
-    def noise_cms(self) -> float:
-        """Noise of a released velocity [cm/s]."""
-        return 1e2 * self.recorded.noise.velocity_ms
-
-    @property
-    def differing(self) -> Sequence[Difference]:
-        """Fitted parameters that differ from those of the preset."""
-        return [one for one in self.differences if one.differs]
 
 
 def compare(found: AllMeasured) -> Found:
     """Errors of all engines; every interval resamples trials."""
-    recorded = found.recorded
+    recorded, engines = found.recorded, found.engines
     faces = {toss.name: toss.face for toss in recorded.tosses}
     scale, tosses = found.taken.scale, of_half(recorded, MEASURED)
-    fitted = {one.name: errors_of(one, Way.FITTED, recorded, MEASURED) for one in found.engines}
-    closest = max(found.engines, key=lambda one: one.fitted.closeness)
-    jittered = [one for one in found.engines if one.jittered]
-    reference = next((one for one in found.engines if one.is_reference), None)
-    verdicts_changed = _verdicts_changed(found.engines, reference)
+    fitted = {one.name: errors_of(one, Way.FITTED, recorded, MEASURED) for one in engines}
+    closest = max(engines, key=lambda one: one.fitted.closeness)
+    best, as_good = fitted[closest.name], as_good_as(closest.title, found)
+    guesses = [
+        guessed("stays as released", [toss.as_released for toss in tosses], scale),
+        guessed("stays as it lands", [toss.as_landed for toss in tosses], scale),
+    ]
+    near_best = sorted(
+        (one for one in fitted.values() if one.engine in as_good), key=lambda one: one.face.value
+    )
+    ways = [both_halves(one, way, recorded) for one in engines for way in one.batches]
+    flights = {name: _flight(name, facts) for name, facts in recorded.flights.items()}
+    calibrations = [
+        calibration(one.title, one.name, one.jittered, faces) for one in engines if one.jittered
+    ]
+    chosen = [one.chosen for one in calibrations]
+    fitted_values = [
+        each
+        for one in engines
+        for each in differences(one.title, one.preset, one.label, one.fitted)
+    ]
+    reference = next((one for one in engines if one.is_reference), None)
+    verdicts_changed, lost = _verdicts_changed(engines, reference), worst(found)
+    judged = [one for one in engines if one.evaluation is not None]
     return Found(
         recorded=recorded,
-        best=fitted[closest.name],
-        as_good=as_good_as(closest.title, found),
+        best=best,
         fitted=list(fitted.values()),
-        guesses=[
-            guessed("stays as released", [toss.as_released for toss in tosses], scale),
-            guessed("stays as it lands", [toss.as_landed for toss in tosses], scale),
-        ],
-        ways=[both_halves(one, way, recorded) for one in found.engines for way in one.batches],
-        flights=[_flight(name, facts) for name, facts in recorded.flights.items()],
+        released=guesses[0],
+        landed=guesses[1],
+        all_fitted=[*fitted.values(), *guesses],
+        near_best=near_best,
+        shown=sorted(as_good[one.engine] for one in near_best if one != best),
+        ways=ways,
+        presets=[one.measured for one in ways if one.way == Way.PRESET],
+        without_restitution=[e.title for e in engines if e.restitution is Support.IGNORED],
+        emulating=[e.title for e in engines if e.restitution is Support.ON_REQUEST],
+        sliding_badly=[one.title for one in engines if one.slides_badly],
+        slow=[one.title for one in engines if one.slow],
+        missing=found.missing,
+        flight=flights[FIT],
+        flights=list(flights.values()),
         steps=list(steps_of(found)),
-        by_time=[point for one in found.engines for point in by_time(one)],
-        by_impacts=[point for one in found.engines for point in by_impacts(one)],
-        rests=[rest_of(one, recorded) for one in found.engines],
-        costs=[_cost(one, len(of_half(recorded, FIT))) for one in found.engines],
-        friction=[point for one in found.engines for point in _by_value(one, "friction")],
-        calibrations=[calibration(one.title, one.name, one.jittered, faces) for one in jittered],
-        differences=[
-            each
-            for one in found.engines
-            for each in differences(one.title, one.preset, one.label, one.fitted)
-        ],
+        by_time=[point for one in engines for point in by_time(one)],
+        by_impacts=[point for one in engines for point in by_impacts(one)],
+        rests=[rest_of(one, recorded) for one in engines],
+        costs=[_cost(one, len(of_half(recorded, FIT))) for one in engines],
+        friction=[point for one in engines for point in _by_value(one, "friction")],
+        calibrations=calibrations,
+        chosen=chosen,
+        plain=[one.plain for one in calibrations],
+        surest=min(chosen, key=lambda one: one.log_loss.value, default=None),
+        differences=fitted_values,
+        differing=sum(one.differs for one in fitted_values),
         changed=verdicts_changed,
         rankings=rankings(verdicts_changed, reference.title if reference else ""),
-        worst=worst(found),
-        missing=found.missing,
-        scale=scale,
-        cpu_hours=sum(map(_seconds, found.engines)) / 3600.0,
+        ranked=sum(not one.is_reference for one in judged),
+        worst=lost,
+        alike=sum(one.alike for one in lost),
+        departure_mm=1e3 * float(np.median([toss.departure_m for toss in recorded.tosses])),
+        measured_trials=best.trials,
+        fit_trials=len(recorded.tosses) - best.trials,
+        height_mm=1e3 * recorded.height_m,
+        noise_mm=1e3 * recorded.noise.position_m,
+        noise_cms=1e2 * recorded.noise.velocity_ms,
+        jitters=JITTERS,
+        frequency=FREQUENCY,
+        half_off_cm=OFF_CM,
+        half_turn_deg=TURN_DEG,
+        cpu_hours=sum(map(_seconds, engines)) / 3600.0,
         made_with=found.made_with,
         measured=found,
     )
@@ -303,8 +180,7 @@ def _verdicts_changed(engines: Sequence[ByEngine], reference: ByEngine | None) -
 
 def _flight(name: str, facts: FlightFacts) -> Flight:
     x, y, z = (_in_mm(part) for part in facts.mass_offset)
-    offset_mm = math.hypot(x.value, y.value, z.value)
-    return Flight(name, facts.gravity.n, x, y, z, facts.gravity, offset_mm, facts.scale)
+    return Flight(name, facts.gravity.n, x, y, z, facts.gravity, facts.scale)
 
 
 def _in_mm(metres: Estimate) -> Estimate:

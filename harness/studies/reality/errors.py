@@ -49,7 +49,6 @@ class Errors:
     off_cm: Estimate = column("rest off cm, median", one_decimal)
     most_cm: Estimate = column("90 % within cm", one_decimal)
     turn_deg: Estimate = column("attitude off degrees, median", _whole)
-    turn_right_deg: float | None = column("where the face is right", fixed)
     cpu_ms: float | None = column("CPU ms", significant, "a throw")
 
 
@@ -61,11 +60,6 @@ class BothHalves:
     way: str = column("contact", left=True)
     fit: Errors
     measured: Errors
-
-    @property
-    def fit_face(self) -> Estimate:
-        """Share of right faces on the half for fitting."""
-        return self.fit.face
 
 
 @row
@@ -134,7 +128,6 @@ def _errors(
     turns: Sequence[float],
     cpu_ms: float | None,
 ) -> Errors:
-    right = [turn for turn, is_right in zip(turns, faces, strict=True) if is_right]
     return Errors(
         engine,
         name,
@@ -145,7 +138,6 @@ def _errors(
         median(off_cm),
         quantile(off_cm, MOST),
         median(turns),
-        float(np.median(right)) if right else None,
         cpu_ms,
     )
 

@@ -57,16 +57,6 @@ def worst(found: AllMeasured) -> list[Worst]:
     return sorted(rows, key=lambda one: -one.departure_mm)
 
 
-def right_by_all(found: AllMeasured) -> list[Toss]:
-    """Trials of which every engine predicts the face."""
-    by_name = _by_name(found)
-    return [
-        toss
-        for toss in found.recorded.tosses
-        if all(end.same_face for end in by_name[toss.name].values())
-    ]
-
-
 def _by_name(found: AllMeasured) -> dict[str, dict[str, Ended]]:
     """Ends with fitted contacts, by trial and engine."""
     ends: dict[str, dict[str, Ended]] = {toss.name: {} for toss in found.recorded.tosses}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from operator import attrgetter
+from types import SimpleNamespace
 from typing import Any
 
 import pandas as pd
@@ -65,7 +66,7 @@ class _OfMethod:
 class Distance(_OfMethod):
     """Limits of a method beside those of another one, on the same loads and directions.
 
-    ``apart``: mean distance. ``differences``: sorted, for the chart.
+    ``differences``: sorted, for the chart.
     """
 
     method: MethodKey = column(form=attrgetter("title"), left=True)
@@ -74,7 +75,6 @@ class Distance(_OfMethod):
     above: Estimate = column(f"> {CLOSE:g} g above %", percent)
     below: Estimate = column(f"> {CLOSE:g} g below %", percent)
     cpu: Estimate = column("CPU ms a direction", milliseconds)
-    apart: Estimate
     loads: int
     differences: Sequence[float]
 
@@ -137,71 +137,18 @@ class Loads:
     most_boxes: int
 
 
-@row
-class Found:
-    """Results of the study.
+class Found(SimpleNamespace):
+    """All that the page shows."""
 
-    ``small``, ``real``: distances from the reference on loads that balance as planned, of the set
-    of small ones and of those of real size that it was asked of; ``leaning``, ``real_leaning``: on
-    those that do not. ``engines``: distances on all loads of real size that balance, from the
-    first engine's limits, which are those of ``against``. ``rises``: of :data:`RISING`, on small
-    loads. ``without``: limits that have no answer, by method. ``drawn``: loads of real size.
-    """
-
-    small_loads: Loads
-    real_loads: Loads
-    directions: int
-    small: Sequence[Distance]
-    leaning: Sequence[Distance]
-    real: Sequence[Distance]
-    real_leaning: Sequence[Distance]
-    engines: Sequence[Distance]
-    against: str
-    holding: Sequence[Holding]
-    frictions: Sequence[Holding]
-    rises: Sequence[Rising]
-    without: Mapping[str, int]
-    drawn: Sequence[Drawn]
     made_with: Mapping[str, str]
-    friction: float = FRICTION
-    displacement_cm: float = DISPLACEMENT
-    rotation_deg: float = ROTATION
-    seconds: float = HELD
-    resolution_g: float = RESOLUTION
-    close_g: float = CLOSE
-
-    @property
-    def distances(self) -> Mapping[str, Sequence[Distance]]:
-        """All distances from the reference, by what they are of."""
-        fewest = "Loads of real size, of those with the fewest boxes,"
-        found = {
-            "Small loads that balance as planned": self.small,
-            "Small loads that lean on a neighbour": self.leaning,
-            f"{fewest} that balance as planned": self.real,
-            f"{fewest} that lean on a neighbour": self.real_leaning,
-        }
-        return {about: own for about, own in found.items() if own}
-
-    @property
-    def charted(self) -> list[Distance]:
-        """Distances on small loads, those of engines first."""
-        return sorted(self.small, key=lambda one: one.method.engine is None)
-
-    @property
-    def beside_real(self) -> tuple[Distance, Distance]:
-        """The equilibrium and the rule of thumb on loads of real size."""
-        by_spec = {one.method.spec: one for one in self.real}
-        return by_spec[EXACT], by_spec[WHOLE]
-
-    @property
-    def weakest(self) -> Holding:
-        """Loads of real size, by the equilibrium."""
-        of_exact = (EXACT, _SETS[REAL])
-        return next(one for one in self.holding if (one.method.spec, one.loads) == of_exact)
 
 
 def compare(found: LoadLimits, made_with: Mapping[str, str]) -> Found:
-    """All numbers of the page."""
+    """All numbers of the page.
+
+    Distances are from the reference, on small loads and on those of real size that it was asked of,
+    apart for loads that lean on a neighbour; and, on all loads of real size, from the first engine.
+    """
     rows = found.rows.assign(
         mode=found.rows["mode"].astype(object), limit_g=found.rows["limit_g"].astype(float)
     )
@@ -210,7 +157,6 @@ def compare(found: LoadLimits, made_with: Mapping[str, str]) -> Found:
     planned = ~pd.MultiIndex.from_frame(rows[["of", "load"]]).isin(falls)
     steady, leaning = rows[planned], rows[~planned]
     engines = [m for m in dict.fromkeys(rows["method"]) if "@" in m and m != REFERENCE]
-    small = [EXACT, RUBBING, WHOLE, *engines]
     asked = [m for m in engines if m in set(rows.loc[rows["of"] == REAL, "method"])]
     first, *others = asked
     steady_real, leaning_real = (each[each["of"] == REAL] for each in (steady, leaning))
@@ -218,20 +164,33 @@ def compare(found: LoadLimits, made_with: Mapping[str, str]) -> Found:
     small_loads, real_loads = (
         _loads(found.loads[of], sum(name == of for name, _ in falls)) for of in (LISTS, REAL)
     )
+    small = _distances(steady[steady["of"] == LISTS], [EXACT, RUBBING, WHOLE, *engines], REFERENCE)
+    real = _distances(steady_real, [EXACT, RUBBING, WHOLE, *asked], REFERENCE)
+    fewest = "Loads of real size, of those with the fewest boxes,"
+    distances = {
+        "Small loads that balance as planned": small,
+        "Small loads that lean on a neighbour": _distances(
+            leaning[leaning["of"] == LISTS], [WHOLE, *engines], REFERENCE
+        ),
+        f"{fewest} that balance as planned": real,
+        f"{fewest} that lean on a neighbour": _distances(leaning_real, [WHOLE, *asked], REFERENCE),
+    }
+    exactly = _holding(steady, REAL, EXACT)
     return Found(
         small_loads=small_loads,
         real_loads=real_loads,
         directions=rows["direction_deg"].nunique(),
-        small=_distances(steady[steady["of"] == LISTS], small, REFERENCE),
-        leaning=_distances(leaning[leaning["of"] == LISTS], [WHOLE, *engines], REFERENCE),
-        real=_distances(steady_real, [EXACT, RUBBING, WHOLE, *asked], REFERENCE),
-        real_leaning=_distances(leaning_real, [WHOLE, *asked], REFERENCE),
+        distances={about: own for about, own in distances.items() if own},
+        charted=sorted(small, key=lambda one: one.method.engine is None),
+        by_equilibrium=next(one for one in real if one.method.spec == EXACT),
+        by_thumb=next(one for one in real if one.method.spec == WHOLE),
         engines=_distances(steady_real, [EXACT, RUBBING, WHOLE, *others], first),
         against=_key(first).title,
+        weakest=exactly,
         holding=[
-            _holding(steady, of, method)
-            for of, methods in ((LISTS, [EXACT, REFERENCE, *engines]), (REAL, [EXACT, *asked]))
-            for method in methods
+            *(_holding(steady, LISTS, method) for method in (EXACT, REFERENCE, *engines)),
+            exactly,
+            *(_holding(steady, REAL, method) for method in asked),
         ],
         frictions=[
             _holding(steady, of, exact_at(mu), mu) for of in (LISTS, REAL) for mu in FRICTIONS
@@ -240,6 +199,12 @@ def compare(found: LoadLimits, made_with: Mapping[str, str]) -> Found:
         without={_named(spec): n for spec, n in without.items()},
         drawn=_drawn(found.loads[REAL], steady_real, [*asked, EXACT, WHOLE]),
         made_with=made_with,
+        friction=FRICTION,
+        displacement_cm=DISPLACEMENT,
+        rotation_deg=ROTATION,
+        seconds=HELD,
+        resolution_g=RESOLUTION,
+        close_g=CLOSE,
     )
 
 
@@ -300,7 +265,6 @@ def _distances(rows: pd.DataFrame, methods: Sequence[str], other: str) -> list[D
                 above=share(apart > CLOSE, lists),
                 below=share(apart < -CLOSE, lists),
                 cpu=NOTHING if method == WHOLE else mean(times.loc[apart.index, method], lists),
-                apart=mean(apart.abs(), lists),
                 loads=len(apart.index.droplevel(["item_list", "direction_deg"]).unique()),
                 differences=sorted(apart.tolist()),
             )
