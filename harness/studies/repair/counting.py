@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Iterator, Mapping, Sequence
+from types import SimpleNamespace
 
 import numpy as np
 
@@ -119,68 +120,10 @@ class Until:
     plans: int
 
 
-@row
-class Found:
-    """Everything the page shows."""
+class Found(SimpleNamespace):
+    """All that the page shows."""
 
-    plans: int
-    labelled: int
-    instances: int
-    fewest: int
-    most: int
-    judges: Sequence[str]
-    shares: Sequence[Shares]
-    costs: Sequence[Cost]
-    independent: Sequence[Independent]
-    firm: Sequence[Firm]
-    soft: Estimate
-    soft_controls: Estimate
-    unfinished: int
-    until: Sequence[Until]
-    not_installed: str
     made_with: Mapping[str, str]
-    tried: Sequence[Tried]
-    search_s: float = SEARCH_SECONDS
-    seconds: float = SECONDS
-
-    @property
-    def leave(self) -> Shares:
-        """All plans by the repair that may leave boxes out."""
-        return self._of(Way.LEAVE)
-
-    @property
-    def keep(self) -> Shares:
-        """Likewise by the repair that keeps all."""
-        return self._of(Way.KEEP)
-
-    @property
-    def by_reference(self) -> Independent | None:
-        """The answers of the reference; None where it has judged no repaired plan."""
-        return next((one for one in self.independent if one.judge == STIFF and one.plans), None)
-
-    @property
-    def all(self) -> Sequence[Shares]:
-        """Plans of all packers, a row a way."""
-        return [each for each in self.shares if each.packer == ALL]
-
-    @property
-    def by_packer(self) -> Sequence[Shares]:
-        """Plans of single packers."""
-        return [each for each in self.shares if each.packer != ALL]
-
-    @property
-    def moving(self) -> Sequence[Until]:
-        """Ways of which it is known which boxes are moved."""
-        return [each for each in self.until if each.way is not Way.AGAIN]
-
-    @property
-    def most_out(self) -> tuple[float, float]:
-        """From 0 to the largest share of boxes left out [%], in tens."""
-        most = max((share for each in self.until for share in each.out), default=0.0)
-        return 0.0, 10.0 * (1 + most // 10)
-
-    def _of(self, way: Way) -> Shares:
-        return next(each for each in self.all if each.way is way)
 
 
 def summarise(benchmark: Benchmark, found: AllTried) -> Found:
@@ -188,6 +131,11 @@ def summarise(benchmark: Benchmark, found: AllTried) -> Found:
     tried, answers = found.tried, found.answers
     groups = [[one for one in answers if one.repaired is repaired] for repaired in (True, False)]
     sizes = [len(one.plan.layout) for one in tried]
+    shares = [_shares(*each) for each in _groups(tried)]
+    together = {each.way: each for each in shares if each.packer == ALL}
+    until = [_until(way, own) for packer, way, own in _groups(tried) if packer == ALL]
+    most_out = max((share for each in until for share in each.out), default=0.0)
+    independent = [_independent(title, *groups) for title in (*ENGINES, *REFERENCES)]
     return Found(
         plans=len({one.plan.layout.name for one in tried}),
         labelled=found.labelled,
@@ -195,15 +143,24 @@ def summarise(benchmark: Benchmark, found: AllTried) -> Found:
         fewest=min(sizes),
         most=max(sizes),
         judges=list(dict.fromkeys(one.changed.judge for one in tried)),
-        shares=[_shares(*each) for each in _groups(tried)],
+        all=list(together.values()),
+        by_packer=[each for each in shares if each.packer != ALL],
+        shares=shares,
+        leave=together[Way.LEAVE],
+        keep=together[Way.KEEP],
         costs=list(_costs(tried, sizes)),
-        independent=[_independent(title, *groups) for title in (*ENGINES, *REFERENCES)],
+        independent=independent,
+        by_reference=next((one for one in independent if one.judge == STIFF and one.plans), None),
         firm=[_firm(which, own) for which, own in zip(GROUPS, groups, strict=True) if own],
         soft=_soft(groups[0]),
         soft_controls=_soft(groups[1]),
         unfinished=sum(len(one.references) < len(REFERENCES) for one in answers),
-        until=[_until(way, own) for packer, way, own in _groups(tried) if packer == ALL],
+        until=until,
+        moving=[each for each in until if each.way is not Way.AGAIN],
+        most_out=(0.0, 10.0 * (1 + most_out // 10)),
         not_installed=found.not_installed,
+        search_s=SEARCH_SECONDS,
+        seconds=SECONDS,
         made_with={**made_with(benchmark), **found.made_with},
         tried=tried,
     )
