@@ -1,7 +1,5 @@
 """What is counted of a labelled set, and how robust its labels are."""
 
-from dataclasses import replace
-
 import pandas as pd
 import pytest
 
@@ -12,7 +10,7 @@ from steadyload.layouts.benchmark.dataset import row_of
 from steadyload.layouts.benchmark.tables import CASES, OPINIONS, UNLABELLED, write_tables
 from steadyload.layouts.model.question import Question
 from steadyload.reports.table import percent
-from steadyload.studies.benchmark.counting import SizeCount, summarise
+from steadyload.studies.benchmark.counting import Found, SizeCount, summarise
 from steadyload.studies.benchmark.study import Benchmark
 
 ENSEMBLE = [(Reason.NUMERICAL, "fine"), (Reason.MODEL, "smooth"), (Reason.LIMITS, "strict")]
@@ -157,7 +155,7 @@ def test_the_page_shows_what_was_found(found, assert_shown):
     notes = "Looked at,\nline by line."
     text = assert_shown(
         Benchmark(),
-        replace(found, notes=notes),
+        Found(**vars(found) | {"notes": notes}),
         answer=[found.layouts, found.instances, found.cases],
         tables=tables(found),
         charts=["robust", "item_counts", "scores", "judges"],

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -114,18 +115,9 @@ class Firmness:
     parts: Mapping[str, Estimate] = column("{} %", percent, "mean agreement by reason of doubt")
 
 
-@row
-class Found:
-    """Everything the page of a labelled set shows.
+class Found(SimpleNamespace):
+    """All that the page shows."""
 
-    ``notes``: results of an inspection of the robust disputes one by one, as Markdown.
-    """
-
-    layouts: int
-    cases: int
-    instances: int
-    without_label: int
-    scenarios: Sequence[str]
     classes: Sequence[ClassCount]
     splits: Sequence[SplitCount]
     natural: Sequence[NaturalStable]
@@ -136,22 +128,7 @@ class Found:
     firmness: Sequence[Firmness]
     judges: Sequence[MethodAgreement]
     disputes: Sequence[RobustDispute]
-    notes: str
     made_with: Mapping[str, str]
-
-    @property
-    def heights(self) -> dict[str, str]:
-        """Fields of bins of scores, with the scenario that each is of."""
-        return {f"shares.{scenario}": scenario for scenario in self.scenarios}
-
-    @property
-    def engines_asked(self) -> bool:
-        """Whether an engine judged a case with a robust label."""
-        return any(
-            judge.robust is not None and judge.robust.n > 0
-            for judge in self.judges
-            if judge.reason == str(Reason.ENGINE)
-        )
 
 
 def summarise(benchmark: Benchmark) -> Found:
@@ -170,12 +147,14 @@ def summarise(benchmark: Benchmark) -> Found:
     counts = benchmark.layouts["sizes"].map(len) // 3
     sizes = counts.value_counts().sort_index()
     said = verdicts_on_test(benchmark)
+    judges = agreements(said, scenarios)
     return Found(
         layouts=len(benchmark.layouts),
         cases=len(cases),
         instances=benchmark.layouts["instance"].nunique(),
         without_label=len(cases) - len(done),
         scenarios=scenarios,
+        heights={f"shares.{scenario}": scenario for scenario in scenarios},
         classes=_classes(benchmark, done, counts),
         splits=_splits(done, scenarios),
         natural=[_natural(done[done["scenario"] == s], s) for s in scenarios],
@@ -184,7 +163,12 @@ def summarise(benchmark: Benchmark) -> Found:
         both_labels=question_shares(benchmark),
         reasons=_reasons(done, scenarios),
         firmness=_firmness(benchmark, done, scenarios),
-        judges=agreements(said, scenarios),
+        judges=judges,
+        engines_asked=any(
+            judge.robust is not None and judge.robust.n > 0
+            for judge in judges
+            if judge.reason == str(Reason.ENGINE)
+        ),
         disputes=disputes(benchmark, said),
         notes=benchmark.notes,
         made_with=made_with(benchmark),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from types import MappingProxyType
+from types import MappingProxyType, SimpleNamespace
 from typing import NamedTuple
 
 from steadyload.properties.closed_form_tests import (
@@ -100,9 +100,8 @@ class Series:
         return (self.tests[-1].argument or 0.0) > 10 * (self.first.argument or 0.0)
 
 
-@row
-class Found:
-    """Everything the page shows."""
+class Found(SimpleNamespace):
+    """All that the page shows."""
 
     scores: Sequence[Score]
     overview: Sequence[Errors]
@@ -111,9 +110,6 @@ class Found:
     beaten: Sequence[Beaten]
     series: Sequence[Series]
     made_with: Mapping[str, str]
-    left_out: Mapping[str, str]
-    right_within: float = _RIGHT_WITHIN
-    own_steps: str = OWN_STEPS
 
 
 def compare(
@@ -135,14 +131,16 @@ def compare(
         series.setdefault(test.series, []).append(test)
     middle = [group[len(group) // 2] for group in series.values()]
     return Found(
-        _scores(tests, results),
-        _overview(tests, results),
-        _rocked(results),
-        errors_by_frequency(middle, results),
-        list(_beaten(tests, results)),
-        [_series(group, results) for group in series.values()],
-        made_with,
-        left_out,
+        scores=_scores(tests, results),
+        overview=_overview(tests, results),
+        rocked=_rocked(results),
+        points=errors_by_frequency(middle, results),
+        beaten=list(_beaten(tests, results)),
+        series=[_series(group, results) for group in series.values()],
+        made_with=made_with,
+        left_out=left_out,
+        right_within=_RIGHT_WITHIN,
+        own_steps=OWN_STEPS,
     )
 
 

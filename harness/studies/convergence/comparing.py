@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -111,57 +112,18 @@ class LabelDispute:
     )
 
 
-@row
-class Found:
-    """Convergence of the reference's labels.
-
-    ``any_change``: share of cases whose label changes under any change of the numerics;
-    ``item_lists``: of all cases; ``asked``: question of the labels; ``seconds``: CPU time in which
-    an opinion has to be given.
-    """
+class Found(SimpleNamespace):
+    """All that the page shows."""
 
     reference: Sequence[Measured]
     variants: Sequence[Compared]
     engines: Sequence[Compared]
     opinions: Sequence[Compared]
-    any_change: Estimate
-    item_lists: int
     disputes: Sequence[LabelDispute]
+    compliant: list[Compared]
+    others: list[Compared]
+    swept: list[Compared]
     made_with: Mapping[str, str]
-    asked: str = "within"
-    costs: str = CostSource(CostKind.ONE_PROCESS).explained()
-    seconds: float = SECONDS
-
-    @property
-    def compliant(self) -> list[Compared]:
-        """Changes to contacts that give way more than numerics ask for, the softest first."""
-        return [own for own in self.variants if _compliant(own.group, own.value)]
-
-    @property
-    def others(self) -> list[Compared]:
-        """All other changes."""
-        return [own for own in self.variants if not _compliant(own.group, own.value)]
-
-    @property
-    def swept(self) -> list[Compared]:
-        """Changes of a parameter that took several values."""
-        numbered = [own for own in self.variants if own.value is not None]
-        groups = Counter(own.group for own in numbered)
-        return [own for own in numbered if groups[own.group] > 1]
-
-    @property
-    def across(self) -> int:
-        """Panels of the chart of :attr:`swept` beside each other, one a group, four at most."""
-        return min(4, self._panels)
-
-    @property
-    def size(self) -> tuple[float, float]:
-        """Width and height of that chart [inch]."""
-        return 2.6 * self.across, 2.5 * -(-self._panels // max(1, self.across))
-
-    @property
-    def _panels(self) -> int:
-        return len({own.group for own in self.swept})
 
 
 def compare(
@@ -200,6 +162,10 @@ def compare(
     lists = _lists(everything)
     any_change = share(_changed(both, numerical), lists.loc[both.index].to_numpy())
     default = _row("", "default", BASE, None, said, everything)
+    numbered = [own for own in variants if own.value is not None]
+    groups = Counter(own.group for own in numbered)
+    swept_groups = [group for group, count in groups.items() if count > 1]
+    across = min(4, len(swept_groups))
     return Found(
         reference=[
             Measured("cases", str(default.changed.n)),
@@ -217,6 +183,11 @@ def compare(
             ),
         ],
         variants=variants,
+        compliant=[own for own in variants if _compliant(own.group, own.value)],
+        others=[own for own in variants if not _compliant(own.group, own.value)],
+        swept=[own for own in numbered if own.group in swept_groups],
+        across=across,
+        size=(2.6 * across, 2.5 * -(-len(swept_groups) // across)),
         engines=engines,
         opinions=slow,
         any_change=any_change,
@@ -224,6 +195,8 @@ def compare(
         disputes=_disputes(said, both, base),
         made_with=made_with,
         asked=asked,
+        costs=CostSource(CostKind.ONE_PROCESS).explained(),
+        seconds=SECONDS,
     )
 
 

@@ -19,8 +19,11 @@ from steadyload.reports.columns import (
     significant,
 )
 from steadyload.statistics.estimate import Estimate
-from steadyload.studies.reality.chances import calibration
+from steadyload.studies.reality.chances import Calibration, Chances, calibration
 from steadyload.studies.reality.errors import (
+    BothHalves,
+    Errors,
+    Step,
     as_good_as,
     both_halves,
     errors_of,
@@ -31,15 +34,17 @@ from steadyload.studies.reality.errors import (
 from steadyload.studies.reality.fitting import OFF_CM, TURN_DEG
 from steadyload.studies.reality.loading import (
     Changed,
+    Difference,
+    Ranking,
     changed,
     differences,
     rankings,
     verdicts,
 )
-from steadyload.studies.reality.on_the_way import by_impacts, by_time, rest_of
-from steadyload.studies.reality.record import FIT, MEASURED
+from steadyload.studies.reality.on_the_way import Grown, Rest, by_impacts, by_time, rest_of
+from steadyload.studies.reality.record import FIT, MEASURED, Recorded
 from steadyload.studies.reality.running import FREQUENCY, JITTERS, AllMeasured, ByEngine, Way
-from steadyload.studies.reality.tosses import worst
+from steadyload.studies.reality.tosses import Worst, worst
 
 
 @row
@@ -82,6 +87,32 @@ class Closeness:
 class Found(SimpleNamespace):
     """All that the page shows."""
 
+    recorded: Recorded
+    best: Errors
+    fitted: Sequence[Errors]
+    ways: Sequence[BothHalves]
+    flights: Sequence[Flight]
+    steps: Sequence[Step]
+    by_time: Sequence[Grown]
+    by_impacts: Sequence[Grown]
+    rests: Sequence[Rest]
+    costs: Sequence[Cost]
+    friction: Sequence[Closeness]
+    calibrations: Sequence[Calibration]
+    differences: Sequence[Difference]
+    changed: Sequence[Changed]
+    rankings: Sequence[Ranking]
+    worst: Sequence[Worst]
+    measured: AllMeasured
+    all_fitted: Sequence[Errors]
+    released: Errors
+    landed: Errors
+    near_best: Sequence[Errors]
+    presets: Sequence[Errors]
+    chosen: Sequence[Chances]
+    plain: Sequence[Chances]
+    surest: Chances | None
+    flight: Flight
     made_with: Mapping[str, str]
 
 

@@ -123,6 +123,18 @@ class Until:
 class Found(SimpleNamespace):
     """All that the page shows."""
 
+    shares: Sequence[Shares]
+    costs: Sequence[Cost]
+    independent: Sequence[Independent]
+    firm: Sequence[Firm]
+    until: Sequence[Until]
+    tried: Sequence[Tried]
+    leave: Shares
+    keep: Shares
+    by_reference: Independent | None
+    all: Sequence[Shares]
+    by_packer: Sequence[Shares]
+    moving: Sequence[Until]
     made_with: Mapping[str, str]
 
 

@@ -140,6 +140,16 @@ class Loads:
 class Found(SimpleNamespace):
     """All that the page shows."""
 
+    small_loads: Loads
+    real_loads: Loads
+    engines: Sequence[Distance]
+    holding: Sequence[Holding]
+    frictions: Sequence[Holding]
+    rises: Sequence[Rising]
+    drawn: Sequence[Drawn]
+    distances: Mapping[str, Sequence[Distance]]
+    charted: list[Distance]
+    weakest: Holding
     made_with: Mapping[str, str]
 
 

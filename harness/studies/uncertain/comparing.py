@@ -6,6 +6,7 @@ import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from operator import attrgetter
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -153,24 +154,9 @@ class Check:
         return 100 * max(abs(each.stands.value - each.random) for each in self.rows)
 
 
-@row
-class Found:
-    """All records for the page.
+class Found(SimpleNamespace):
+    """All that the page shows."""
 
-    ``asked``: the question of the labels. ``stable``: share of the first method's cases.
-    ``item_lists``: number of clusters of the intervals. ``calibrated``: probabilities of standing
-    against the label, and of the likeliest step against its being the label's. ``abstaining``:
-    accuracy without the cases whose likeliest step has the smallest share.
-    """
-
-    labelled_set: str
-    part: str
-    asked: str
-    stable: float
-    uncertainty: str
-    half_width: float
-    most: int
-    item_lists: int
     rows: Sequence[Judged]
     alone_method: MethodKey
     alone: Sequence[Alone]
@@ -178,19 +164,9 @@ class Found:
     abstaining: Sequence[Abstaining]
     check: Check | None
     worth: Sequence[Worth]
+    first: Judged
+    bins: list[Bin]
     made_with: Mapping[str, str]
-    costs: str = CostSource(CostKind.JUDGING).explained()
-    few: int = FEW
-
-    @property
-    def first(self) -> Judged:
-        """The most accurate of the methods that were asked of most cases."""
-        return _first(self.rows)
-
-    @property
-    def bins(self) -> list[Bin]:
-        """All bins of :attr:`calibrated`."""
-        return [one for own in self.calibrated for one in own.bins]
 
 
 def _first(rows: Sequence[Judged]) -> Judged:
@@ -213,6 +189,8 @@ def summarise(sampled: Sampled, made_with: Mapping[str, str], asked: str = "with
     check = None
     if len(sampled.check):
         check = _check(keys[CHECK], _Cases(sampled.check, labels))
+    first = _first(rows)
+    calibrations = [row for key, cases in every.items() for row in cases.calibrated(key.title)]
     return Found(
         labelled_set=SET,
         part=str(PART),
@@ -223,12 +201,16 @@ def summarise(sampled: Sampled, made_with: Mapping[str, str], asked: str = "with
         most=SAMPLING.looks[-1],
         item_lists=len({name for cases in every.values() for name in cases.lists}),
         rows=rows,
+        first=first,
         alone_method=keys[alone_method],
         alone=[_alone(what, _Cases(table, labels)) for what, table in sampled.alone.items()],
-        calibrated=[row for key, cases in every.items() for row in cases.calibrated(key.title)],
+        calibrated=calibrations,
+        bins=[one for own in calibrations for one in own.bins],
         abstaining=[cases.abstaining(key.title) for key, cases in every.items()],
         check=check,
-        worth=list(_worth(every[_first(rows).method])),
+        worth=list(_worth(every[first.method])),
+        costs=CostSource(CostKind.JUDGING).explained(),
+        few=FEW,
         made_with=made_with,
     )
 
