@@ -163,7 +163,10 @@ def test_the_help_lists_commands_in_groups(capsys):
             for text in ("no", "0", "1e308", "inf", "1e400", "1e9")
         ),
         (["score", "x", "--overhang", "1e5"], "'1e5'; allowed: a number, 0 or more, below 100,000"),
-        (["study", "engines", "--part", "sped"], "--part: 'sped'; did you mean 'speed'? allowed: "),
+        (
+            ["study", "evaluation", "--question", "stnds"],
+            "--question: 'stnds'; did you mean 'stands'? allowed: ",
+        ),
         (["study", "closed-forms", "--work"], "--work"),
         (
             ["study", "uncertain", "--config", "no.toml"],

@@ -23,7 +23,7 @@ class EngineStudy(Study["Found"]):
     )  # fmt: skip
 
     def run(self, lab: Lab) -> Found:
-        """What is judged can be resumed part by part."""
+        """Parts that are missing are judged, and all are compared."""
         from steadyload.studies.engines.showing import compare
 
         return compare(lab, self.limit)
