@@ -19,7 +19,7 @@ from steadyload.properties.registry import PROPERTIES
 from steadyload.properties.search import search
 from steadyload.runs.verdict_reliability import Sampling
 from steadyload.studies.extremes.sweeps import measure_cell
-from steadyload.studies.uncertain.cases import Question, Unit, sample_unit
+from steadyload.studies.uncertain.cases import SampledMethod, Unit, sample_unit
 from steadyload.tuning.proposers import ALGORITHMS
 from steadyload.tuning.space import space_on
 
@@ -60,8 +60,8 @@ def _cell(sweep: str, engine: str, frequency: int, value: float) -> Mapping[str,
 
 def _certainty(case: Case) -> Mapping[str, Any]:
     what, sampling = "com=5mm,position=3mm", Sampling(most=128)
-    question = Question("equilibrium:time=0.3", what, sampling, 64)
-    [row] = sample_unit(Unit(((case.scenario, case.layout),), question, {}))
+    sampled = SampledMethod("equilibrium:time=0.3", what, sampling, 64)
+    [row] = sample_unit(Unit(((case.scenario, case.layout),), sampled, {}))
     return _timeless(row)
 
 
