@@ -13,7 +13,6 @@ from steadyload.tuning.cascade.defaults import (
     CONFIDENCE,
     ENGINE,
     LAST,
-    OF_STANDS,
 )
 
 
@@ -36,7 +35,7 @@ class Fit:
     )  # fmt: skip
     candidates: tuple[str, ...] = option(
         (), "a method that may become a stage, in order; may be repeated (default: "
-        f"{', '.join(CANDIDATES)}; for stands {', '.join(OF_STANDS)})",
+        f"{', '.join(CANDIDATES['within'])}; for stands {', '.join(CANDIDATES['stands'])})",
         names=("--candidate",), metavar="SPEC",
     )  # fmt: skip
     last: str = option(

@@ -9,26 +9,27 @@ SIZES = (20, 40, 60, 90)
 """Largest numbers of boxes of classes of sizes, which count alike in the cost of a cascade; larger
 loads are a last class. A stage may be kept for the steps of no more items than one of them."""
 
-CANDIDATES = (
-    "fbs",
-    "equilibrium",
-    "lstm_1",
-    "lstm_e",
-    "settling",
-    "equilibrium:time=0.3",
-    "ps_opt@{engine}:scope=local",
-)
-"""Methods that may become stages, in order."""
-
-OF_STANDS = (
-    "equilibrium:margin=1",
-    "settling:margin=2",
-    "settling:margin=2.5",
-    "settling:margin=3",
-    "settling:margin=3.5",
-    "settling:margin=4",
-)
-"""The same where it is asked whether a load stands: a step is passed where its margin is large."""
+CANDIDATES = {
+    "within": (
+        "fbs",
+        "equilibrium",
+        "lstm_1",
+        "lstm_e",
+        "settling",
+        "equilibrium:time=0.3",
+        "ps_opt@{engine}:scope=local",
+    ),
+    "stands": (
+        "equilibrium:margin=1",
+        "settling:margin=2",
+        "settling:margin=2.5",
+        "settling:margin=3",
+        "settling:margin=3.5",
+        "settling:margin=4",
+    ),
+}
+"""Methods that may become stages, in order, by question; for ``stands`` they pass a step where its
+margin is large."""
 
 LAST = "ps_opt@{engine}"
 """The method that decides the steps that no stage decides."""

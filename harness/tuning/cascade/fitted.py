@@ -26,7 +26,6 @@ from steadyload.tuning.cascade.defaults import (
     CANDIDATES,
     CONFIDENCE,
     LAST,
-    OF_STANDS,
     SIZES,
 )
 from steadyload.tuning.cascade.evaluation import evaluate
@@ -50,8 +49,7 @@ class FitOptions:
         engine: that the last method runs on.
         budgets: points of accuracy, one or more; see :data:`BUDGETS`.
         confidence: see :data:`CONFIDENCE`.
-        candidates: specs; ``{engine}`` stands for the engine. Empty for :data:`CANDIDATES` or
-            :data:`OF_STANDS`.
+        candidates: specs; ``{engine}`` stands for the engine. Empty for :data:`CANDIDATES`.
         directory: the labelled set that is fitted on, as a study names it; None for the one of the
             package that was made for it, or the planar one. Its part ``fitting`` counts, or as of
             :func:`steadyload.tuning.cases.own_part`.
@@ -99,8 +97,7 @@ class FitOptions:
             object.__setattr__(self, "falls", REAL if counts else "")
         sets = (*self.data, self.falls) if self.falls else self.data
         object.__setattr__(self, "directory", set_for(self.engine, self.directory, sets))
-        usual = CANDIDATES if self.question == Question.WITHIN else OF_STANDS
-        asked = map(self.of_engine, self.candidates or usual)
+        asked = map(self.of_engine, self.candidates or CANDIDATES[self.question])
         named = (str(make_method(spec).spec) for spec in asked)
         object.__setattr__(self, "candidates", tuple(named))
         object.__setattr__(self, "last", self._last())
