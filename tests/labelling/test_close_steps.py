@@ -96,11 +96,12 @@ def test_an_interrupted_run_keeps_complete_cases_and_goes_on(folder, monkeypatch
     monkeypatch.setattr(close_steps.CloseSteps, "measure", ended)
     with pytest.raises(KeyboardInterrupt):
         judge_close_steps(folder)
-    assert len(judged_here(load_benchmark(folder).opinions)) == 2  # one case by both
+    opinions = load_benchmark(folder).further_verdicts_on(Question.WITHIN)
+    assert len(judged_here(opinions)) == 2  # one case by both
     measured.clear()
     judge_close_steps(folder)
     assert len(measured) == 3
-    assert len(judged_here(load_benchmark(folder).opinions)) == 6
+    assert len(judged_here(load_benchmark(folder).further_verdicts_on(Question.WITHIN))) == 6
 
 
 def test_the_command_judges_close_steps(folder, capsys):

@@ -330,7 +330,7 @@ def test_rows_that_a_set_keeps_are_not_made_again(
     before = load_benchmark(own)
     assert keep_begun(unlabelled, own) == keep_begun(unlabelled, own) == first
     after = load_benchmark(own)
-    for name in ("layouts", "cases", "opinions", "stands", "screening"):
+    for name in ("layouts", "cases", "opinions", "further_labels", "screening"):
         pd.testing.assert_frame_equal(getattr(after, name), getattr(before, name))
     assert after.manifest == before.manifest | {"begun": {"cases": first}}
 
