@@ -10,7 +10,7 @@ import pytest
 
 from steadyload.app.recommend import kept
 from steadyload.app.recommend.folder import measured_in
-from steadyload.app.recommend.front import Measured, front_for
+from steadyload.app.recommend.front import front_for
 from steadyload.app.recommend.kept import REAL, load_fronts
 from steadyload.app.recommend.measured import front_of
 from steadyload.cli import main
@@ -18,7 +18,7 @@ from steadyload.labelling.screened import REASONS, checked_screening, screened_s
 from steadyload.labelling.screening import label_screened
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.benchmark import BenchmarkError, load_benchmark, tables
-from steadyload.layouts.benchmark.dataset import row_of
+from steadyload.layouts.benchmark.dataset import KEYS, row_of
 from steadyload.layouts.benchmark.real import NO_CLASS, PALLET_SOFTWARE
 from steadyload.layouts.benchmark.tables import (
     CASES,
@@ -32,13 +32,18 @@ from steadyload.methods.contract.spec import SpecError
 from steadyload.numbers import NumberError
 from steadyload.reports.pages.writing import write_page
 from steadyload.reports.table import significant
+from steadyload.runs import frames as v
 from steadyload.runs import judged as judged_module
 from steadyload.runs.able import able_methods
-from steadyload.runs.evaluation import evaluate
 from steadyload.runs.judged import load_judged
 from steadyload.studies.evaluation.floors import FLOORS
 from steadyload.studies.evaluation.judging import Options, Ran, limited_methods
-from steadyload.studies.evaluation.methods import by_method, cheapest_near, exponents
+from steadyload.studies.evaluation.methods import (
+    by_method,
+    cheapest_near,
+    every_method,
+    exponents,
+)
 from steadyload.studies.evaluation.places import CONSTANT
 from steadyload.studies.evaluation.study import Evaluation
 from steadyload.studies.evaluation.verdicts import CUSTOMERS, PACKERS, costed
@@ -282,29 +287,41 @@ def test_the_page_answers_first(study, found, tmp_path):
 SCREEN = "label@mujoco:frequency=480"
 
 
+def with_costs(judged):
+    """Verdicts with the columns that rows of methods need, without a yardstick."""
+    frame = v.costed(judged)
+    return frame.assign(yardstick=None, unit=None, brief=True, long=True)
+
+
 def test_methods_on_an_engine_that_gave_the_labels_are_compared_with_none(cases, monkeypatch):
     """The simulation is right on every case here, and wins all the same only where it may."""
-    right_answers = cases.labels["failing_step"].fillna(cases.labels["item_count"])
-    said = cases.said.assign(**{"ps3@mujoco": right_answers.astype("Int32")})
+    own = cases.results["method"] == "ps3@mujoco"
+    steps = cases.labels["failing_step"].reindex(pd.MultiIndex.from_frame(cases.results[KEYS]))
+    results = cases.results.assign(
+        failing_step=cases.results["failing_step"].mask(own, pd.Series(steps.array, own.index)),
+        status=cases.results["status"].mask(own, "done"),
+    )
     about = {**cases.manifest["labels"], "screens": [SCREEN]}
-    found = dataclasses.replace(cases, said=said, manifest={**cases.manifest, "labels": about})
+    found = dataclasses.replace(
+        cases, results=results, manifest={**cases.manifest, "labels": about}
+    )
     assert (found.screens, found.apart) == ((), frozenset())  # no layout is large
-    small = evaluate(found)
-    assert small.best.method.spec == "ps3@mujoco"
-    assert len(small.versus("fbs").tests) == 3
+    small = every_method(with_costs(found), {})
+    assert v.best(small["right"]) == "ps3@mujoco"
+    assert len(v.comparable(with_costs(found))["method"].unique()) == 4
 
-    monkeypatch.setattr(judged_module, "MOST_SMALL", 4)
+    for module in (judged_module, v):
+        monkeypatch.setattr(module, "MOST_SMALL", 4)
     assert (found.screens, found.apart) == ((SCREEN,), frozenset({"ps3@mujoco"}))
-    large = evaluate(found)
-    assert large.best.method.spec == "fbs"
-    assert large.row("ps3@mujoco").accuracy.value == 1.0  # shown
-    assert large.row("ps3@mujoco").behind is None
-    assert large.row("lstm_e").behind.value == 0.0  # behind FBS
-    assert small.row("lstm_e").behind.value == -0.25
-    assert [test.first.spec for test in large.versus("fbs").tests] == [*ASKED[1:3]]
-    assert len(large.pairs().tests) == 3
-    assert "ps3@mujoco" not in {key.spec for key in large.pairs().letters}
-    front = front_of(found, WITHIN, map(Measured.of, large.methods), "", {"machine": ""})
+    frame = with_costs(found)
+    large, compared = every_method(frame, {}), v.comparable(frame)
+    assert list(compared["method"].unique()) == [*ASKED[:3]]
+    assert v.best(large["right"].drop("ps3@mujoco")) == "fbs"
+    assert large["right"]["ps3@mujoco"].value == 1.0  # shown
+    assert pd.isna(large["behind"]["ps3@mujoco"])
+    assert large["behind"]["lstm_e"].value == 0.0  # behind FBS
+    assert small["behind"]["lstm_e"].value == -0.25
+    front = front_of(found, WITHIN, large, "", {"machine": ""})
     assert front.left_out == {"ps3@mujoco": f"labels of its cases rest on {SCREEN}"}
     few = found.only((found.labels["item_count"] <= 4).to_numpy(bool))
     assert few.apart == frozenset()

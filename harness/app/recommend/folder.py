@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 
-from steadyload.app.recommend.front import Front, FrontError, Measured
+from steadyload.app.recommend.front import Front, FrontError
 from steadyload.app.recommend.kept import NAME, REAL, SMALL, SPATIAL, load_fronts
 from steadyload.app.recommend.measured import front_of
 from steadyload.layouts.model.question import Question
 from steadyload.layouts.sizes import FINE_SIZES
+from steadyload.runs import frames as v
 from steadyload.runs.costs import CPU, limited_costs
-from steadyload.runs.evaluation import evaluate
 from steadyload.runs.judged import load_judged, manifest_lines
-from steadyload.statistics.estimate import NOTHING
 from steadyload.statistics.metrics import median
 
 
@@ -61,15 +60,13 @@ def _fronts(folder: Path, *, medians: bool) -> Iterator[Front]:
             asked = of_size.asked(question)
             if asked.said.empty:
                 continue
-            rows, times = evaluate(asked, by_scenario=False).methods, "mean of judging"
+            frame, times = v.costed(asked), "mean of judging"
+            rows = v.by_method(frame, ("right", "over", "under_or_none"))
+            rows["cpu"] = v.mean(frame, "cpu", ["method"])
             if medians:
                 limit = float(judged.manifest["study"]["timeout"])
-                costs = limited_costs(of_size.results, limit)
-                taken = [costs.of(row.method.spec) for row in rows]
-                rows = tuple(
-                    replace(row, cpu=NOTHING if own is None else median(own[CPU]))
-                    for row, own in zip(rows, taken, strict=True)
-                )
+                taken = limited_costs(of_size.results, limit).milliseconds
+                cpu = {spec: median(own[CPU]) for spec, own in taken.items()}
+                rows["cpu"] = pd.Series(cpu, dtype=object)
                 times = f"median of judging, given up after {limit:g} s"
-            measured = map(Measured.of, rows)
-            yield front_of(asked, question, measured, times, manifest_lines(judged))
+            yield front_of(asked, question, rows, times, manifest_lines(judged))

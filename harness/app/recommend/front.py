@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
 
 from steadyload.engines.registry import engines, engines_here
 from steadyload.errors import UserError, nearest
@@ -12,9 +11,6 @@ from steadyload.layouts.model.question import Question, question_named
 from steadyload.statistics.error_costs import ErrorShares
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.front import undominated
-
-if TYPE_CHECKING:
-    from steadyload.runs.evaluation import MethodEvaluation
 
 _HOW_TO_MEASURE = (
     "To measure: steadyload study evaluation --directory real --question both --timeout 20 "
@@ -50,12 +46,6 @@ class Measured:
     cpu: Estimate
     without_verdict: int = 0
     errors: ErrorShares | None = None
-
-    @classmethod
-    def of(cls, row: MethodEvaluation) -> Measured:
-        """A method as an evaluation has it."""
-        key, lost = row.method, sum(row.without_verdict.values())
-        return cls(key.spec, key.title, key.engine, row.accuracy, row.cpu, lost, row.errors)
 
 
 @dataclass(frozen=True)

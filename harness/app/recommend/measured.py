@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
+
+import pandas as pd
 
 from steadyload.app.recommend.front import Front, Measured
 from steadyload.layouts.model.question import Question
 from steadyload.methods.contract.spec import SpecError
 from steadyload.runs.able import asked_question
 from steadyload.runs.judged import JudgedCases
+from steadyload.statistics.error_costs import ErrorShares
 
 
 def front_of(
     judged: JudgedCases,
     question: Question,
-    methods: Iterable[Measured],
+    methods: pd.DataFrame,
     times: str,
     about: Mapping[str, str],
 ) -> Front:
@@ -23,17 +26,17 @@ def front_of(
     Args:
         judged: the cases, with labels of the question.
         question: methods that were made for another one do not take part.
-        methods: those that were measured; one that came to no verdict on any case is left out with
-            that reason, like one without times, from another installation, or on an engine that
-            gave the labels.
+        methods: a row each, as of :func:`steadyload.runs.frames.by_method`, with ``right``,
+            ``over``, ``under_or_none`` and ``cpu``; one that came to no verdict on any case is left
+            out with that reason, like one without times, from another installation, or on an
+            engine that gave the labels.
         times: the kind of their CPU times, in words.
         about: provenance.
     """
     labels, named, apart = judged.labels, judged.manifest["labels"], judged.apart
     assert labels is not None, "the study is on a labelled set"
     measured, left_out = [], {}
-    for entry in methods:
-        spec = entry.method
+    for spec, row in methods.iterrows():
         try:
             made_for = asked_question(spec)
         except SpecError as error:
@@ -43,12 +46,19 @@ def front_of(
             continue
         if spec in apart:
             left_out[spec] = f"labels of its cases rest on {' and '.join(judged.screens)}"
-        elif entry.without_verdict == len(labels):
+        elif (lost := sum(row["lost"].values()) if isinstance(row["lost"], dict) else 0) == len(
+            labels
+        ):
             left_out[spec] = f"no verdict on any of {len(labels)} cases"
-        elif not entry.cpu.n:
+        elif pd.isna(row["cpu"]):
             left_out[spec] = "not timed"
         else:
-            measured.append(entry)
+            errors = ErrorShares(row["over"], row["under_or_none"])
+            measured.append(
+                Measured(
+                    spec, row["title"], row["key"].engine, row["right"], row["cpu"], lost, errors
+                )
+            )
     return Front(
         measured=tuple(measured),
         question=question,

@@ -13,7 +13,6 @@ from types import SimpleNamespace
 
 import pandas as pd
 
-from steadyload.app.recommend.front import Measured
 from steadyload.app.recommend.kept import NAME, SMALL, load_fronts, merged, write_fronts
 from steadyload.app.recommend.measured import front_of
 from steadyload.labelling.ceiling import Ceiling, label_ceiling
@@ -42,8 +41,6 @@ from steadyload.runs.labels import statuses_on
 from steadyload.runs.paper import paper
 from steadyload.runs.results import kept_layouts, load_results
 from steadyload.runs.timing import BLOCK
-from steadyload.statistics.error_costs import ErrorShares
-from steadyload.statistics.estimate import NOTHING, Estimate
 from steadyload.statistics.metrics import agreement, share
 from steadyload.studies.agreement_section import answer_chart
 from steadyload.studies.evaluation import methods, places
@@ -377,16 +374,7 @@ def _write_front(
     if timed is None:
         return
     file, count = work / NAME, own["timing"]["layouts"]
-    measured = [
-        Measured(
-            row.Index, row.title, row.key.engine, row.right,
-            row.cpu if isinstance(row.cpu, Estimate) else NOTHING,
-            sum(row.lost.values()) if isinstance(row.lost, dict) else 0,
-            ErrorShares(row.over, row.under_or_none),
-        )
-        for row in own["rows"].itertuples()
-    ]  # fmt: skip
     about = {**made_with, **timed.times.made_with}  # the machine is that of the times
     times = f"mean of {count} cases, one thread"
-    new = front_of(own["judged"], own["question"], measured, times, about)
+    new = front_of(own["judged"], own["question"], own["rows"], times, about)
     write_fronts(merged(load_fronts(file) if file.exists() else (), [new]), file)
