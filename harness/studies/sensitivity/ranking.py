@@ -110,7 +110,7 @@ def compare(lab: Lab, limit: int | None) -> Found:
     lost = {rule.short: len(judged.said) - len(own.said) for rule, own in labelled.items()}
     frame = pd.concat(
         [
-            _under(v.verdicts(own), rule, plain, of)
+            _ranked_under(v.verdicts(own), rule, plain, of)
             for rule, own in labelled.items()
             for of in KNOWLEDGE
         ]
@@ -150,7 +150,7 @@ def compare(lab: Lab, limit: int | None) -> Found:
     )  # fmt: skip
 
 
-def _under(frame: pd.DataFrame, rule: Rule, plain: list[str], knowledge: str) -> pd.DataFrame:
+def _ranked_under(frame: pd.DataFrame, rule: Rule, plain: list[str], knowledge: str) -> pd.DataFrame:
     """The rows of methods under a rule, under their names as they stand."""
     # Two methods may be one when they are told the rule.
     known = {spec: rule.given_to(spec) if knowledge == TOLD else spec for spec in plain}
