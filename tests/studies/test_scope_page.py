@@ -1,8 +1,6 @@
 """The study of scopes: what it counts is what is counted by hand."""
 
 import dataclasses
-import math
-from itertools import chain
 
 import numpy as np
 import pandas as pd
@@ -102,24 +100,25 @@ def result(labelled, tmp_path_factory):
 
 def test_the_numbers_of_a_table_are_those_counted_by_hand(result):
     work, found = result
-    table = found.tables[Question.WITHIN]
+    table, _ = found.tables
     assert (table.cases, table.layouts, table.instances) == (3, 3, 3)
-    (row,) = table.options
+    row = table.told
+    assert len(table.options) == 1
     rows = load_results(work / "within").set_index(["method", "layout"])
     whole, own = rows.loc["label@mujoco"], rows.loc[MOVING]
     assert whole["failing_step"].isna().to_dict() == {"edge": False, "row": True, "tower": True}
     assert whole.loc["edge", "failing_step"] == own.loc["edge", "failing_step"] == 1
-    assert row.same.value == 1.0
-    assert row.same.n == 3
-    assert (row.changes, row.without_verdict) == ((0, 0, 0), {})
-    assert row.accuracy.value == row.within.value == 1.0
+    assert (row.alike.value, row.alike.n, row.cases) == (1.0, 3, 3)
+    assert row.changes == "0 / 0 / 0"
+    assert pd.isna(row.without_verdict)
+    assert (table.column, row.right.value) == ("right", 1.0)
     assert row.difference.value == 0.0
     assert row.p == 1.0
-    assert table.whole.p is table.whole.same is None
+    assert table.rows.loc["label@mujoco", ["p", "alike"]].isna().all()
     cpu, cpu_whole = own["cpu_total"], whole["cpu_total"]
-    assert row.cpu == pytest.approx(cpu.median() / cpu_whole.median())
+    assert row.cpu_median == pytest.approx(cpu.median() / cpu_whole.median())
     assert row.cpu_paired.value == pytest.approx((cpu / cpu_whole).median())
-    assert row.cpu_total.value == pytest.approx(cpu.sum() / cpu_whole.sum())
+    assert row.cost_ratio.value == pytest.approx(cpu.sum() / cpu_whole.sum())
     # Nothing of what balances is simulated: of `edge`, two cubes until the second one falls.
     assert own["body_substeps"].to_dict() == {"edge": own.loc["edge", "body_substeps"]} | {
         "row": 0,
@@ -129,29 +128,26 @@ def test_the_numbers_of_a_table_are_those_counted_by_hand(result):
     assert whole.loc["tower", "body_substeps"] == 144 * (1 + 2 + 3)
     assert whole.loc["row", "body_substeps"] == 144 * (1 + 2 + 3 + 4)
     expected = own["body_substeps"].sum() / whole["body_substeps"].sum()
-    assert row.body_substeps == pytest.approx(expected)
-    assert {boxes: same.n for boxes, same in row.same_by_boxes.items()} == {"3": 2, "4": 1}
-    assert row.cpu_by_boxes["4"] == pytest.approx(cpu["row"] / cpu_whole["row"])
+    assert row.body_ratio == pytest.approx(expected)
+    assert [row[f"alike_boxes:{boxes}"].n for boxes in (3, 4)] == [2, 1]
+    assert row["cpu_boxes:4"] == pytest.approx(cpu["row"] / cpu_whole["row"])
     small = ["edge", "tower"]
-    assert row.cpu_by_boxes["3"] == pytest.approx(cpu[small].median() / cpu_whole[small].median())
+    assert row["cpu_boxes:3"] == pytest.approx(cpu[small].median() / cpu_whole[small].median())
 
 
 def test_an_option_that_fails_elsewhere_is_earlier_or_later(labelled, tmp_path):
     # Beyond 1 um everything has moved too far at once; within 10 m nothing ever does.
     loose, strict = "label@mujoco:eps_t=1000,eps_r=180", "label@mujoco:eps_t=0.0001,eps_r=0.001"
     options = {Question.WITHIN: ("label@mujoco", loose, strict)}
-    table = compared(labelled, tmp_path, options).tables[Question.WITHIN]
-    later, earlier = table.options
-    assert later.changes == (0, 1, 0)
-    assert later.same.value == pytest.approx(2 / 3)
+    (table,) = compared(labelled, tmp_path, options).tables
+    later, earlier = (row for _, row in table.options.iterrows())
+    assert later.changes == "0 / 1 / 0"
+    assert later.alike.value == pytest.approx(2 / 3)
     assert later.changed.value == pytest.approx(1 / 3)
-    assert earlier.changes == (3, 0, 0)
-    assert earlier.same.value == 0.0
+    assert earlier.changes == "3 / 0 / 0"
+    assert earlier.alike.value == 0.0
     assert earlier.difference.value == -1.0
-    assert table.cheapest is None
-    assert table.keeps_most == later
-    all_kept = dataclasses.replace(later, same=dataclasses.replace(later.same, value=1.0))
-    assert dataclasses.replace(table, options=[earlier, all_kept]).cheapest == all_kept
+    assert table.told.equals(later), "none keeps nearly all, and that one keeps most"
 
 
 def test_the_steps_of_a_set_are_counted_by_balance(labelled):
@@ -253,36 +249,42 @@ def test_the_set_drawn_has_the_labels_of_both_questions(labelled):
 
 def test_the_page_shows_what_was_found(result, assert_shown):
     _, found = result
-    cheapest = [own.cheapest for own in found.tables.values()]
-    assert [own.title for own in cheapest] == ["`scope=moving`"] * 2
+    told = [own.told for own in found.tables]
+    assert [own.title for own in told] == ["`scope=moving`"] * 2
     moved = MovedStep("a|b", "S1", 3, 0.5, 2, 0.75, 0.5)
     steps = dataclasses.replace(found.steps, exceptions=[moved])
-    options = [(own.rows, own.rows, own.options) for own in found.tables.values()]
-    assert_shown(
+    text = assert_shown(
         Scope(),
-        dataclasses.replace(found, steps=steps),
-        answer=[*(compact(own.cpu_total.value) for own in cheapest), "100.0"],
-        tables=[*chain(*options), steps.first, steps.later, steps.exceptions],
+        comparing.Found(**vars(found) | {"steps": steps}),
+        answer=[*(compact(own.cost_ratio.value) for own in told), "100.0"],
         charts=["changed_verdicts"],
     )
+    assert "a\\|b" in text
 
 
-def test_sizes_make_groups_of_as_many_cases():
-    assert size_groups([25, 25, 30, 31, 40, 45]) == [(25, 25), (30, 31), (40, 45)]
-    assert size_groups([25, 25, 25]) == [(25, 25)]
-    assert size_groups([25, 30]) == [(25, 25), (30, 30)]
+@pytest.mark.parametrize(
+    ("counts", "titles", "groups"),
+    [
+        ([31, 25, 25, 30, 40, 45], ["25", "30 to 31", "40 to 45"], [1, 0, 0, 1, 2, 2]),
+        ([25, 25, 25], ["25"], [0, 0, 0]),
+        ([30, 25], ["25", "30"], [1, 0]),
+    ],
+)
+def test_sizes_make_groups_of_as_many_cases(counts, titles, groups):
+    place, named = size_groups(pd.Series(counts))
+    assert (place.tolist(), [*named.values()]) == (groups, titles)
 
 
 def test_an_option_is_named_by_what_it_changes(result):
     _, found = result
-    row = found.tables[Question.STANDS].options[0]
+    _, table = found.tables
+    row = table.told
     assert row.title == "`scope=moving`"
-    whole = found.tables[Question.STANDS].whole.method
+    whole = table.rows["key"]["label@mujoco:question=stands"]
     assert option_title(whole, whole) == "whole pile"
-    bullet = dataclasses.replace(row.method, spec="label@bullet:scope=local", engine="bullet")
+    bullet = dataclasses.replace(row.key, spec="label@bullet:scope=local", engine="bullet")
     assert option_title(bullet, whole) == "`scope=local` on bullet"
     assert (
         option_title(dataclasses.replace(bullet, spec="label@bullet"), whole)
         == "whole pile on bullet"
     )
-    assert not math.isnan(row.cpu)

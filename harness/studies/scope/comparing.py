@@ -6,8 +6,8 @@ Shares are 0 to 1; times are in ms, or in proportion to those of the whole pile.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from collections.abc import Mapping
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -17,9 +17,9 @@ from steadyload.layouts.benchmark.parts import REAL, Part
 from steadyload.layouts.model.question import Question
 from steadyload.methods.contract.method import Status
 from steadyload.methods.naming import MethodKey
-from steadyload.reports.columns import column, compact, counts, factor, p_value, percent, row
-from steadyload.runs.comparison import Compared, compared, difference
-from steadyload.runs.costs import CPU, CostKind
+from steadyload.reports import frames
+from steadyload.runs import frames as v
+from steadyload.runs.costs import CostKind
 from steadyload.runs.evaluation import Evaluation
 from steadyload.runs.judged import JudgedCases
 from steadyload.runs.labels import Cases
@@ -75,102 +75,11 @@ _SIZES = 3
 """Groups of cases by their number of boxes."""
 
 
-class Changes(NamedTuple):
-    """Cases in which an option fails earlier or later than the whole pile, or has no verdict; a
-    stable layout fails later than all.
-    """
+class Found(SimpleNamespace):
+    """All that the page shows."""
 
-    earlier: int
-    later: int
-    none: int
-
-    def __str__(self) -> str:
-        return " / ".join(map(str, self))
-
-
-@row
-class Option:
-    """An option and the simulation of the whole pile, on the same cases."""
-
-    method: MethodKey
-    title: str = column("simulated", about="what it changes")
-    n: int = column(about="cases in which the whole pile has a verdict or is unsettled")
-    same: Estimate | None = column(
-        "same %", percent, "of these, share with its status and failing step; None for itself"
-    )
-    changes: Changes = column("earlier / later / none")
-    without_verdict: Mapping[str, int] = column("no verdict", counts, left=True)
-    accuracy: Estimate = column("accuracy %", percent, "by the labels of the question")
-    within: Estimate = column("accuracy, within %", percent)
-    stands: Estimate = column("accuracy, stands %", percent)
-    difference: Estimate = column(form=percent, about="accuracy minus that of the whole pile")
-    p: float | None = column(
-        form=p_value, about="corrected over the options; None for the whole pile"
-    )
-    milliseconds: float = column(about="median CPU time of a case")
-    cpu: float = column("CPU, median", compact, "that median over that of the whole pile")
-    cpu_total: Estimate = column("CPU, all", factor, "of all cases, in proportion")
-    cpu_paired: Estimate = column("CPU, paired", factor, "median of proportions over the cases")
-    body_substeps: float = column("body-substeps", compact, "substeps times boxes, in proportion")
-    same_by_boxes: Mapping[str, Estimate] = column("{} boxes: same %", percent)
-    cpu_by_boxes: Mapping[str, float] = column("{}: CPU", compact)
-
-    @property
-    def changed(self) -> Estimate:
-        """Share of cases with another status or failing step than the whole pile."""
-        assert self.same is not None, "an option, not the whole pile"
-        same = self.same
-        return Estimate(1.0 - same.value, 1.0 - same.high, 1.0 - same.low, same.n)
-
-
-@row
-class Options:
-    """The options of one question, in the order of the study, and the whole pile beside them."""
-
-    question: Question
-    cases: int
-    layouts: int
-    instances: int
-    whole: Option
-    options: Sequence[Option]
-
-    @property
-    def rows(self) -> list[Option]:
-        """The whole pile, then the options."""
-        return [self.whole, *self.options]
-
-    @property
-    def cheapest(self) -> Option | None:
-        """The option of least CPU time of all cases that keeps :data:`KEPT` of the verdicts."""
-        kept = [own for own in self.options if own.same and own.same.value > KEPT - 1e-9]
-        return min(kept, key=lambda own: own.cpu_total.value, default=None)
-
-    @property
-    def keeps_most(self) -> Option:
-        """The option that keeps most verdicts of the whole pile."""
-        return max(self.options, key=lambda own: own.same.value if own.same else 0.0)
-
-
-@row
-class Found:
-    """Everything that the page shows.
-
-    ``sources``: number of cases drawn, by their source. ``boxes``: least and greatest number of
-    boxes of a case. ``label``, ``screen``: specs of the methods that gave the labels. ``costs``:
-    the sentence on the source of times.
-    """
-
-    tables: Mapping[Question, Options]
     steps: BalancedSteps
-    sources: Mapping[str, int]
-    boxes: tuple[int, int]
-    label: str
-    screen: str
-    costs: str
     made_with: Mapping[str, str]
-    kept: float = KEPT
-    most_items: int = MOST_ITEMS
-    seconds: float = SECONDS
 
 
 def compare_options(lab: Lab, limit: int | None = None) -> Found:
@@ -197,13 +106,16 @@ def compare_options(lab: Lab, limit: int | None = None) -> Found:
         for question, specs in OPTIONS.items()
     }
     return Found(
-        tables={question: options_of(own, question) for question, own in found.items()},
+        tables=[options_of(own, question) for question, own in found.items()],
         steps=balanced_steps(labelled),
         sources=dict(sorted(Counter(chosen["source"]).items())),
         boxes=(int(chosen["item_count"].min()), int(chosen["item_count"].max())),
         label=str(labelled.manifest["label"]),
         screen=str(labelled.manifest["screen"]),
         costs=next(iter(found.values())).cost_source.explained(),
+        kept=KEPT,
+        most_items=MOST_ITEMS,
+        seconds=SECONDS,
         made_with=_made_with({question: own.judged for question, own in found.items()}),
     )
 
@@ -244,96 +156,98 @@ def drawn_cases(benchmark: Benchmark, count: int) -> pd.DataFrame:
     return order.head(count).drop(columns="turn").reset_index(drop=True)
 
 
-def options_of(found: Evaluation, question: Question) -> Options:
-    """The options that were judged for a question; the first method simulates the whole pile."""
-    judged, labels = found.judged, found.judged.labels
-    assert labels is not None, "the run is on a labelled set"
+def options_of(found: Evaluation, question: Question) -> SimpleNamespace:
+    """The options that were judged for a question; the first method simulates the whole pile.
+
+    ``rows`` has one for each method: ``alike``, share of the cases with the status and failing step
+    of the whole pile, where that has a verdict or is unsettled; ``changes``, cases that fail
+    earlier, later, and without a verdict; times and work in proportion to those of the whole pile.
+    """
+    judged, frame = found.judged, v.costed(found.judged)
+    assert judged.labels is not None, "the run is on a labelled set"
     whole, *others = judged.keys
-    truth = compared(judged.asked(question))
-    tests = {test.first.spec: test for test in truth.versus(judged.keys[whole]).tests}
-    verdicts = {spec: _verdicts(judged, spec) for spec in judged.keys}
-    of_whole = verdicts[whole]
-    ended = of_whole["status"].isin(_ENDED)
-    same = Compared(
+    frame = frame.assign(safe=frame["said"].fillna(-1).astype(int))
+    its = {name: v.beside(frame, name, whole) for name in ("status", "safe", "cpu")}
+    both = (frame["status"] == Status.DONE) & (its["status"] == Status.DONE)
+    same = (frame["status"] == its["status"]) & (frame["safe"] == its["safe"])
+    place, titles = size_groups(frame["items"])
+    frame = frame.assign(
+        alike=same.where(its["status"].isin(_ENDED)),
+        earlier=both & (frame["safe"] < its["safe"]),
+        later=both & (frame["safe"] > its["safe"]),
+        cpu_whole=its["cpu"],
+        paired=frame["cpu"] / its["cpu"],
+        boxes=place,
+    )
+    methods = frame.groupby("method", sort=False)
+    count = methods[["earlier", "later", "body_substeps"]].sum()
+    count["none"] = (frame["status"] != Status.DONE).groupby(frame["method"]).sum()
+    medians = methods["cpu"].median()
+    column = "right_stands" if question == Question.STANDS else "right"
+    tests = v.pairs(frame, column, [(spec, whole) for spec in others]).droplevel("second")
+    itself = pd.Series([Estimate(0.0, 0.0, 0.0, len(judged.labels))], [whole], dtype=object)
+    by_boxes = frame.sort_values("boxes", kind="stable")
+    by_boxes["boxes"] = by_boxes["boxes"].map(titles)
+    of_boxes = by_boxes.groupby(["method", "boxes"], sort=False)["cpu"].median()
+    rows = pd.DataFrame(
         {
-            spec: (own[["status", "safe"]] == of_whole[["status", "safe"]]).all(axis=1).where(ended)
-            for spec, own in verdicts.items()
+            "key": pd.Series(judged.keys, dtype=object),
+            "title": [option_title(key, judged.keys[whole]) for key in judged.keys.values()],
+            "cases": methods["alike"].count(),
+            "alike": v.share(frame, "alike", ["method"]),
+            "changes": [f"{own.earlier} / {own.later} / {own.none}" for own in count.itertuples()],
+            "without_verdict": v.statuses(frame, ["method"]),
+            "right": v.share(frame, "right", ["method"]),
+            "right_stands": v.share(frame, "right_stands", ["method"]),
+            "difference": pd.concat([itself, tests["difference"]]),
+            "p": tests["corrected"],
+            "cpu_median": medians / medians[whole],
+            "cost_ratio": v.ratio(frame, "cpu", "cpu_whole", ["method"]),
+            "cpu_paired": v.estimates(frame, ["method"], lambda own: median(own["paired"])),
+            "body_ratio": count["body_substeps"] / count["body_substeps"][whole],
         },
-        judged.clusters,
+        index=list(judged.keys),
     )
-    (overall,) = same.slices(np.zeros(len(ended)))
-    boxes = size_groups(of_whole["item_count"].tolist())
-    titles = [f"{least} to {most}" if least < most else str(least) for least, most in boxes]
-    places = np.searchsorted([most for _, most in boxes], of_whole["item_count"])
-    by_boxes = same.slices(places)
-
-    def option(spec: str) -> Option:
-        key, own, row = judged.keys[spec], verdicts[spec], found.row(spec)
-        right, reference = truth.right[key], truth.right[judged.keys[whole]]
-        both = (own["status"] == "done") & (of_whole["status"] == "done")
-        times, times_whole = own["milliseconds"], of_whole["milliseconds"]
-        medians = times.groupby(places).median() / times_whole.groupby(places).median()
-        work, work_whole = own["body_substeps"].sum(), of_whole["body_substeps"].sum()
-        return Option(
-            method=key,
-            title=option_title(key, judged.keys[whole]),
-            n=overall.accuracy[spec].n,
-            same=None if spec == whole else overall.accuracy[spec],
-            changes=Changes(
-                int((both & (own["safe"] < of_whole["safe"])).sum()),
-                int((both & (own["safe"] > of_whole["safe"])).sum()),
-                sum(row.without_verdict.values()),
-            ),
-            without_verdict=row.without_verdict,
-            accuracy=row.stands if question == Question.STANDS else row.accuracy,
-            within=row.accuracy,
-            stands=row.stands,
-            difference=difference(right, reference, truth.clusters),
-            p=None if spec == whole else tests[spec].corrected,
-            milliseconds=float(times.median()),
-            cpu=float(times.median() / times_whole.median()),
-            cpu_total=found.cost_ratio(spec, whole),
-            cpu_paired=median(times / times_whole),
-            body_substeps=float(work / work_whole) if work_whole else np.nan,
-            same_by_boxes={titles[own.name]: own.accuracy[spec] for own in by_boxes},
-            cpu_by_boxes=dict(zip(titles, medians.tolist(), strict=True)),
+    rows = rows.join(
+        [
+            frames.across(v.share(by_boxes, "alike", ["method", "boxes"]), "boxes", "alike_boxes"),
+            frames.across(of_boxes / of_boxes[whole], "boxes", "cpu_boxes"),
+        ]
+    )
+    options = rows.loc[others].assign(
+        changed=lambda own: own["alike"].map(
+            lambda e: Estimate(1.0 - e.value, 1.0 - e.high, 1.0 - e.low, e.n)
         )
-
-    return Options(
+    )
+    shares = v.values(options["alike"])
+    kept = options[shares > KEPT - 1e-9]
+    told = v.values(kept["cost_ratio"]).idxmin() if len(kept) else shares.idxmax()
+    rows.loc[whole, "alike"] = None
+    return SimpleNamespace(
         question=question,
-        cases=len(labels),
-        layouts=labels.index.get_level_values("layout").nunique(),
-        instances=labels["instance"].nunique(),
-        whole=option(whole),
-        options=[option(spec) for spec in others],
+        cases=len(judged.labels),
+        layouts=judged.labels.index.get_level_values("layout").nunique(),
+        instances=judged.labels["instance"].nunique(),
+        milliseconds=medians[whole],
+        column=column,
+        rows=rows,
+        options=options,
+        points=options.to_dict("records"),
+        told=options.loc[told],
     )
 
 
-def _verdicts(judged: JudgedCases, spec: str) -> pd.DataFrame:
-    """Status, items placed safely (-1: no verdict), boxes, work and time of a method by case."""
-    rows = judged.results[judged.results["method"] == spec]
-    rows = rows[rows["repetition"] == 0].set_index(["layout", "scenario"]).loc[judged.said.index]
-    return pd.DataFrame(
-        {
-            "status": rows["status"],
-            "safe": judged.said[spec].fillna(-1).astype(int),
-            "item_count": rows["item_count"].astype(int),
-            "body_substeps": rows["body_substeps"].astype(float),
-            "milliseconds": 1e3 * rows[CPU],
-        }
-    )
-
-
-def size_groups(counts: Sequence[int]) -> list[tuple[int, int]]:
-    """Least and greatest number of boxes of up to three groups of about as many cases."""
+def size_groups(counts: pd.Series) -> tuple[pd.Series, dict[int, str]]:
+    """The group of every case, of up to three of about as many cases by their number of boxes, from
+    small to large, and titles of the groups.
+    """
     ordered = sorted(counts)
     ends = [ordered[-(-len(ordered) * k // _SIZES) - 1] for k in range(1, _SIZES + 1)]
-    groups, least = [], ordered[0]
-    for end in dict.fromkeys(ends):
-        here = [count for count in ordered if least <= count <= end]
-        groups.append((here[0], here[-1]))
-        least = end + 1
-    return groups
+    place = pd.Series(np.searchsorted(sorted(set(ends)), counts), counts.index)
+    spans = counts.groupby(place).agg(["min", "max"]).itertuples()
+    return place, {
+        at: f"{least} to {most}" if least < most else str(least) for at, least, most in spans
+    }
 
 
 def option_title(method: MethodKey, whole: MethodKey) -> str:

@@ -150,7 +150,9 @@ def compare(lab: Lab, limit: int | None) -> Found:
     )  # fmt: skip
 
 
-def _ranked_under(frame: pd.DataFrame, rule: Rule, plain: list[str], knowledge: str) -> pd.DataFrame:
+def _ranked_under(
+    frame: pd.DataFrame, rule: Rule, plain: list[str], knowledge: str
+) -> pd.DataFrame:
     """The rows of methods under a rule, under their names as they stand."""
     # Two methods may be one when they are told the rule.
     known = {spec: rule.given_to(spec) if knowledge == TOLD else spec for spec in plain}
