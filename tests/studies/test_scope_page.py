@@ -102,7 +102,7 @@ def test_the_numbers_of_a_table_are_those_counted_by_hand(result):
     work, found = result
     table, _ = found.tables
     assert (table.cases, table.layouts, table.instances) == (3, 3, 3)
-    row = table.told
+    row = table.named
     assert len(table.options) == 1
     rows = load_results(work / "within").set_index(["method", "layout"])
     whole, own = rows.loc["label@mujoco"], rows.loc[MOVING]
@@ -147,7 +147,7 @@ def test_an_option_that_fails_elsewhere_is_earlier_or_later(labelled, tmp_path):
     assert earlier.changes == "3 / 0 / 0"
     assert earlier.alike.value == 0.0
     assert earlier.difference.value == -1.0
-    assert table.told.equals(later), "none keeps nearly all, and that one keeps most"
+    assert table.named.equals(later), "none keeps nearly all, and that one keeps most"
 
 
 def test_the_steps_of_a_set_are_counted_by_balance(labelled):
@@ -249,14 +249,14 @@ def test_the_set_drawn_has_the_labels_of_both_questions(labelled):
 
 def test_the_page_shows_what_was_found(result, assert_shown):
     _, found = result
-    told = [own.told for own in found.tables]
-    assert [own.title for own in told] == ["`scope=moving`"] * 2
+    named = [own.named for own in found.tables]
+    assert [own.title for own in named] == ["`scope=moving`"] * 2
     moved = MovedStep("a|b", "S1", 3, 0.5, 2, 0.75, 0.5)
     steps = dataclasses.replace(found.steps, exceptions=[moved])
     text = assert_shown(
         Scope(),
         comparing.Found(**vars(found) | {"steps": steps}),
-        answer=[*(compact(own.cost_ratio.value) for own in told), "100.0"],
+        answer=[*(compact(own.cost_ratio.value) for own in named), "100.0"],
         charts=["changed_verdicts"],
     )
     assert "a\\|b" in text
@@ -278,7 +278,7 @@ def test_sizes_make_groups_of_as_many_cases(counts, titles, groups):
 def test_an_option_is_named_by_what_it_changes(result):
     _, found = result
     _, table = found.tables
-    row = table.told
+    row = table.named
     assert row.title == "`scope=moving`"
     whole = table.rows["key"]["label@mujoco:question=stands"]
     assert option_title(whole, whole) == "whole pile"

@@ -221,7 +221,7 @@ def options_of(found: Evaluation, question: Question) -> SimpleNamespace:
     )
     shares = v.values(options["alike"])
     kept = options[shares > KEPT - 1e-9]
-    told = v.values(kept["cost_ratio"]).idxmin() if len(kept) else shares.idxmax()
+    named = v.values(kept["cost_ratio"]).idxmin() if len(kept) else shares.idxmax()
     rows.loc[whole, "alike"] = None
     return SimpleNamespace(
         question=question,
@@ -233,7 +233,7 @@ def options_of(found: Evaluation, question: Question) -> SimpleNamespace:
         rows=rows,
         options=options,
         points=options.to_dict("records"),
-        told=options.loc[told],
+        named=options.loc[named],
     )
 
 
