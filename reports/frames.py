@@ -31,6 +31,10 @@ class Shown(NamedTuple):
     notable: bool = False
 
 
+FEW = 10
+"""Smallest number of cases of which a mean over samples is shown."""
+
+
 def _share(found: Any) -> str:
     return forms.factor(found) if isinstance(found, Estimate) else forms.cell(found)
 
@@ -42,6 +46,14 @@ def _with_n(found: Estimate) -> str:
 def _taken(time: float) -> str:
     """A time [ms]; a dash for a method that has no such phase."""
     return forms.significant(time or None)
+
+
+def _of_several(found: Estimate) -> str:
+    return forms.percent(found) if found.n >= FEW else MISSING
+
+
+def _whole(found: Estimate) -> str:
+    return f"{found.value:.0f} [{found.low:.0f}, {found.high:.0f}]"
 
 
 _two = partial(forms.fixed, digits=2)
@@ -205,6 +217,25 @@ COLUMNS: Mapping[str, Shown] = {
     "wrong": Shown("wrong"),
     "lost_cases": Shown("cases lost"),
     "above": Shown("boxes above"),
+    # Samples
+    "plan_right": Shown("plan %", _percent),
+    "likeliest": Shown("likeliest step %", _percent),
+    "plan_brier": Shown("Brier, plan", forms.factor),
+    "p_brier": Shown("Brier, P", forms.factor),
+    "unsure": Shown("unsure %", _of_several),
+    "samples_change": Shown("changed %", _of_several),
+    "change_robust": Shown("robust %", _of_several),
+    "change_fragile": Shown("fragile %", _of_several),
+    "samples": Shown("samples", _whole),
+    "plan_cpu": Shown("CPU ms, plan", forms.milliseconds),
+    "endings": Shown("sampling ended", forms.counts),
+    "samples_lost": Shown("samples without a verdict"),
+    "unjudged": Shown("cases without one"),
+    "deviates": Shown("deviates"),
+    "margin": Shown("margin cm"),
+    "p_stands": Shown("P %", _percent),
+    "firm": Shown("P 95 % or more %", _percent),
+    "p_least": Shown("least P %", forms.plain_percent),
     # Cases
     "family": Shown("family"),
     "about": Shown("boxes"),

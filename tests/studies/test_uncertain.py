@@ -145,13 +145,13 @@ def test_a_run_goes_on_and_has_the_accuracy_of_the_plans(tmp_path, benchmark, mo
     assert changed == [next(iter(stamps))]
     assert again[0][0] >= 11
     record = summarise(sampled, {})
-    row, _ = record.rows
+    row = record.rows.loc["sme"]
     right = 0
     for case in benchmark.select("test", limit=4).itertuples():
         verdict = make_method("sme").judge(benchmark.layout(case.layout, case.scenario))
         label = None if case.failing_step is pd.NA else int(case.failing_step)
         right += verdict.failing_step == label
-    assert row.plan.value == pytest.approx(right / 12)
+    assert row.plan_right.value == pytest.approx(right / 12)
 
 
 def case(row, nominal, safe, **changes):
@@ -185,13 +185,18 @@ def test_numbers_follow_from_samples(benchmark, assert_shown):
     )
     sampled = Sampled({"sme": table}, {"com=5mm": table.tail(2), "weight=5%": table.head(1)}, check)
     found = summarise(sampled, {})
-    (row,) = found.rows
+    row = found.rows.loc["sme"]
     right = pytest.approx(2 / 3)
-    assert (row.plan.value, row.likeliest.value, row.unjudged, row.lost) == (right, right, 1, 64)
+    assert (row.plan_right.value, row.likeliest.value, row.unjudged, row.samples_lost) == (
+        right,
+        right,
+        1,
+        64,
+    )
     assert row.ahead.value == pytest.approx(0.0)
     assert row.unsure.value == pytest.approx(1 / 2)
-    assert row.changed.value == pytest.approx((0.0 + 0.75) / 2)
-    assert row.brier.value == pytest.approx((0.0 + 0.25**2) / 2)
+    assert row.samples_change.value == pytest.approx((0.0 + 0.75) / 2)
+    assert row.p_brier.value == pytest.approx((0.0 + 0.25**2) / 2)
     assert row.plan_brier.value == pytest.approx((0.0 + 1.0) / 2)
     assert row.cpu.value == pytest.approx(500.0)
     assert row.endings == {"narrow": 2, "no verdict": 1}
@@ -199,7 +204,7 @@ def test_numbers_follow_from_samples(benchmark, assert_shown):
     spread = (0.25 / 64 + 0.1875 / 64) / 2
     assert found.check.gain.value == pytest.approx(spread / 0.001)
     assert found.check.farthest == pytest.approx(15.0)
-    assert [own.changed.value for own in found.alone] == pytest.approx([0.75, 0.0])
+    assert [own.value for own in found.alone["samples_change"]] == pytest.approx([0.75, 0.0])
     shares = {}
     for one, stands in ((whole, 1.0), (other, 0.75)):
         if (margin := margin_as_planned(benchmark.layout(one.layout, "S1"))) is None:
@@ -208,22 +213,18 @@ def test_numbers_follow_from_samples(benchmark, assert_shown):
         low = max(edge for edge in edges if margin.cm >= edge)
         shares.setdefault(low, []).append(stands)
     assert shares
-    assert {float(own.margin.split()[0]): own.stands.n for own in found.worth} == {
+    rows = [own for _, own in found.worth.iterrows()]
+    assert {float(own.margin.split()[0]): own.p_stands.n for own in rows} == {
         low: len(own) for low, own in shares.items()
     }
-    for own in found.worth:
+    for own in rows:
         here = shares[float(own.margin.split()[0])]
-        assert own.stands.value == pytest.approx(np.mean(here))
-        assert (own.least, own.firm.value) == (min(here), np.mean([one >= 0.95 for one in here]))
+        assert own.p_stands.value == pytest.approx(np.mean(here))
+        assert (own.p_least, own.firm.value) == (min(here), np.mean([one >= 0.95 for one in here]))
     assert_shown(
         Uncertain(),
         found,
-        answer=[percent(row.changed), plain_percent(row.unsure.value), row.plan.n],
-        tables=[
-            *([found.rows] * 3),
-            *(found.alone, found.calibrated, found.abstaining, found.bins, found.check.rows),
-            found.worth,
-        ],
+        answer=[percent(row.samples_change), plain_percent(row.unsure.value), row.plan_right.n],
         charts=["reliability", "risk", "margins"],
     )
 
@@ -231,8 +232,8 @@ def test_numbers_follow_from_samples(benchmark, assert_shown):
 def test_a_limit_is_of_cases_a_scenario(tmp_path, monkeypatch):
     few(monkeypatch, METHODS={"within": ("sme",)}, ALONE=("com=1cm",), RANDOM=64)
     found = Uncertain(limit=10).run(Lab(tmp_path, 0))
-    assert [(own.method.spec, own.plan.n) for own in found.rows] == [("sme", 30)]
-    assert {own.changed.n for own in found.alone} == {30}
+    assert [(spec, own.n) for spec, own in found.rows["plan_right"].items()] == [("sme", 30)]
+    assert {own.n for own in found.alone["samples_change"]} == {30}
 
 
 def test_verdicts_are_compared_with_the_labels_of_the_question(tmp_path, benchmark, monkeypatch):
@@ -247,11 +248,11 @@ def test_verdicts_are_compared_with_the_labels_of_the_question(tmp_path, benchma
         == (None if case.failing_step is pd.NA else int(case.failing_step))
         for case in cases.itertuples()
     ]
-    (row,) = found.rows
-    assert row.plan.value == pytest.approx(np.mean(right))
+    row = found.rows.loc["sme"]
+    assert row.plan_right.value == pytest.approx(np.mean(right))
     assert found.stable == pytest.approx(cases["failing_step"].isna().mean())
     assert found.stable < 0.5, "of the question within half of the cases are stable"
     sure = cases.merge(benchmark.confidence_on(Question.STANDS)["robust"], on=KEYS)["robust"]
-    assert (row.changed_robust.n, row.changed_fragile.n) == (sure.sum(), (~sure).sum())
-    assert row.changed_fragile.n > 0
-    assert found.alone_method.spec == "equilibrium"
+    assert (row.change_robust.n, row.change_fragile.n) == (sure.sum(), (~sure).sum())
+    assert row.change_fragile.n > 0
+    assert found.alone_method == "Equilibrium"
