@@ -109,7 +109,7 @@ class Tune:
                 search.options = dataclasses.replace(search.options, model=self._cost_model(chosen))
             with progress_bar("searching") as advance:
                 search.run(workers=self.workers, progress=advance, report=say)
-        study = Tuning(searches=(directory,), limit=None, gains=0, write_presets=False)
+        study = Tuning(searches=(directory,), limit=None, write_presets=False)
         found = Found(**of_searches([search]), made_with=provenance_lines(search.made_by))
         print(write_page(study.page(found), directory))
         # Compared before it replaces the preset that it is compared with.

@@ -114,15 +114,14 @@ class _Checker:
     def attribute(self, of, name, line):
         """The type of an attribute; a fault where a record has none of the name."""
         of = _plain(of)
-        if isinstance(of, type) and issubclass(of, types.SimpleNamespace):
-            return typing.get_type_hints(of).get(name)
-        if not _is_record(of):
+        is_free = isinstance(of, type) and issubclass(of, types.SimpleNamespace)
+        if not is_free and not _is_record(of):
             return None
         hints = typing.get_type_hints(of)
         if name in hints:
             return hints[name]
         found = inspect.getattr_static(of, name, None)
-        if found is None:
+        if found is None and not is_free:
             self.faults.append(f"line {line}: {of.__name__} has no {name}")
             return None
         getter = found.fget if isinstance(found, property) else getattr(found, "func", None)

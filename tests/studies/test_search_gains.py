@@ -22,7 +22,7 @@ def found(tmp_path_factory):
 
 
 def test_every_engine_with_a_preset_is_compared_for_both_questions(found):
-    pairs = [(one.question, one.engine) for one in found]
+    pairs = list(zip(found["question"], found["engine"], strict=True))
     expected = [(question, engine) for question in Question for engine in ENGINES]
     assert [pair for pair in pairs if pair[1] != "chipmunk"] == expected
     assert (Question.STANDS, "chipmunk") not in pairs
@@ -31,7 +31,7 @@ def test_every_engine_with_a_preset_is_compared_for_both_questions(found):
 @pytest.mark.parametrize("question", list(Question))
 @pytest.mark.parametrize("engine", ENGINES)
 def test_the_gain_is_what_the_preset_has_right_more_often(found, engine, question):
-    [own] = [one for one in found if (one.engine, one.question) == (engine, question)]
+    own = found.set_index(["question", "engine"]).loc[(question, engine)]
     entry = tuned(question)[engine]
     space = space_on(engine, entry.made_by["space"])
     specs = (space.spec(space.start), with_question(f"ps_opt@{engine}", question))
@@ -43,8 +43,8 @@ def test_the_gain_is_what_the_preset_has_right_more_often(found, engine, questio
             said = make_method(spec).judge(benchmark.layout(case.layout, case.scenario))
             right[spec] += said.failing_step == label
     start, after = (right[spec] / len(chosen) for spec in specs)
-    assert own.n == len(chosen) == 9
-    assert (own.start.value, own.found.value) == (pytest.approx(start), pytest.approx(after))
-    assert own.gain.value == pytest.approx(after - start)
+    assert own["gain"].n == len(chosen) == 9
+    assert (own["start"].value, own["preset"].value) == (pytest.approx(start), pytest.approx(after))
+    assert own["gain"].value == pytest.approx(after - start)
     lists = chosen["instance"].nunique()
-    assert own.shown == detectable(own.gain, lists)
+    assert own["shown"] == detectable(own["gain"], lists)

@@ -7,29 +7,18 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from steadyload.methods.naming import MethodKey
 from steadyload.methods.tuned import TUNED, tuned
 from steadyload.reports.pages.writing import write_page
 from steadyload.reports.table import duration, factor
-from steadyload.runs.evaluation import MethodEvaluation
 from steadyload.statistics.estimate import Estimate
 from steadyload.studies.kit import Lab
 from steadyload.studies.tuning import searching
-from steadyload.studies.tuning.comparing import _within_budgets
-from steadyload.studies.tuning.gains import SearchGain
-from steadyload.studies.tuning.presets import (
-    Bought,
-    Carried,
-    Found,
-    Luck,
-    OnEngine,
-    OnPart,
-    Seed,
-    Step,
-    Variant,
-)
+from steadyload.studies.tuning.comparing import _Judged, _transferred, _within_budgets
+from steadyload.studies.tuning.presets import Found
 from steadyload.studies.tuning.searching import (
     Gene,
     Generation,
@@ -52,24 +41,22 @@ def about(value, half=0.005):
     return Estimate(value, value - half, value + half, 400)
 
 
-def outcome(family, engine="bullet", accuracy=0.98, cpu=5.0, ahead=None, cost_ratio=None):
-    return MethodEvaluation(
-        method=MethodKey(f"{family} @ {engine}", f"{family}@{engine}", family, engine),
-        accuracy=about(accuracy), over=about(0.012), under=about(0.007), cpu=about(cpu, 0.1 * cpu),
-        ahead=ahead, cost_ratio=cost_ratio,
-    )  # fmt: skip
+def outcome(family, engine="bullet", accuracy=0.98, cpu=5.0, **more):
+    key = MethodKey(f"{family} @ {engine}", f"{family}@{engine}", family, engine)
+    return {
+        "key": key, "title": key.title, "engine": engine, "right": about(accuracy),
+        "over": about(0.012), "under": about(0.007), "right_robust": None,
+        "cpu": about(cpu, 0.1 * cpu), "ahead": None, "cost_ratio": None, **more,
+    }  # fmt: skip
 
 
-def on_engine(engine="bullet", *, accuracy=0.985, ps5=0.08, ratio=0.13, gain=0.013, start=0.972):
-    return OnEngine(
-        engine,
+def on_engine(engine="bullet", *, accuracy=0.985, gain=0.013):
+    return [
         outcome(TUNED, engine, accuracy, 5.2),
-        [
-            outcome("ps3", engine, 0.893, 43.0, about(0.092), about(ratio, 0.01)),
-            outcome("ps5", engine, 0.905, 71.0, about(ps5), about(0.07, 0.01)),
-            outcome("label", engine, start, 9.0, about(gain), about(0.6)),
-        ],
-    )
+        outcome("ps3", engine, 0.893, 43.0, ahead=about(0.092), cost_ratio=about(0.13, 0.01)),
+        outcome("ps5", engine, 0.905, 71.0, ahead=about(0.08), cost_ratio=about(0.07, 0.01)),
+        outcome("label", engine, 0.972, 9.0, ahead=about(gain), cost_ratio=about(0.6)),
+    ]
 
 
 def search(name, engine="bullet", algorithm="genetic", volume=0.81, fitness=0.9731):
@@ -84,47 +71,72 @@ def search(name, engine="bullet", algorithm="genetic", volume=0.81, fitness=0.97
     )  # fmt: skip
 
 
+def frame(*rows):
+    return pd.DataFrame(rows)
+
+
 def carried(tuned_on, judged_on, ahead=None):
-    return Carried(tuned_on, judged_on, outcome("x", judged_on, ahead=ahead), ("margin",))
+    gain = 0.0 if ahead is None else -ahead.value
+    pair = {"tuned_on": tuned_on, "judged_on": judged_on, "ignored": "margin", "gain": gain}
+    return outcome("x", judged_on, ahead=ahead, **pair)
 
 
-SEARCHED = Found(
-    genes=[Gene("frequency (Hz)", "30 to 480, step 10", "60", {"bullet": "170", "dart": "90"})],
-    searches=[search("ga"), search("nsga", algorithm="nsga2", volume=0.84), search("d", "dart")],
-    algorithms=algorithms([search("ga"), search("nsga", algorithm="nsga2", volume=0.84)]),
-    made_with={"commit": "abc"},
-)
-CHANGES = [
-    Variant("bullet", name, "0.5", outcome(name), about(change), 2.5)
-    for name, change in (("gaps", -0.002), ("friction", -0.031))
-]
-FULL = replace(
-    SEARCHED,
+ALONE = {
+    "genes": [Gene("frequency (Hz)", "30 to 480, step 10", "60", {"bullet": "170", "dart": "90"})],
+    "searches": [search("ga"), search("nsga", algorithm="nsga2", volume=0.84), search("d", "dart")],
+    "algorithms": algorithms([search("ga"), search("nsga", algorithm="nsga2", volume=0.84)]),
+    "made_with": {"commit": "abc"},
+}
+GROUPS, EVERYTHING, PHYSICAL = (
+    frame(*(
+        outcome("x", change=name, values="0.5", accuracy_change=about(change), cost_change=2.5)
+        for name, change in changes.items()
+    ))
+    for changes in ({"gaps": -0.002, "friction": -0.031}, {"everything": -0.1}, {"margin": 0.0})
+)  # fmt: skip
+TESTED = [*on_engine(), *on_engine("dart", accuracy=0.971, gain=0.002)]
+FULL = Found(
+    **ALONE,
     parts=[
-        OnPart(
-            "test",
-            [on_engine(), on_engine("dart", accuracy=0.971, gain=0.002)],
-            [carried("bullet", "bullet"), carried("dart", "bullet", about(0.03)),
-             carried("bullet", "dart", about(0.001)), carried("dart", "dart")],
+        {
+            "part": "test", "rows": frame(*TESTED), "home": 0.97, "away": 0.92, "better": 1,
+            "worse": 0, "alike": 1,
+            "carried": frame(
+                carried("bullet", "bullet"), carried("dart", "bullet", about(0.03)),
+                carried("bullet", "dart", about(0.001)), carried("dart", "dart"),
+            ),
+        }
+    ],
+    shown=TESTED,
+    gains=frame(*(
+        {"question": question, "engine": engine, "start": about(start), "preset": about(found),
+         "gain": about(gain), "shown": 0.007}
+        for question, engine, start, found, gain in (
+            ("within", "bullet", 0.92, 0.95, 0.03), ("stands", "bullet", 0.9, 0.95, 0.05),
+            ("stands", "dart", 0.94, 0.94, 0.001),
         )
-    ],
-    gains=[
-        SearchGain("within", "bullet", 900, about(0.92), about(0.95), about(0.03), 0.007),
-        SearchGain("stands", "bullet", 900, about(0.9), about(0.95), about(0.05), 0.007),
-        SearchGain("stands", "dart", 900, about(0.94), about(0.94), about(0.001), 0.008),
-    ],
-    steps=[Step("bullet", "the paper's values", outcome("paper", accuracy=0.88), None),
-           Step("bullet", "tuned", outcome("tuned"), about(0.1))],
-    left_out=CHANGES,
-    physical=CHANGES[:1],
-    bought=[
-        Bought(engine, 10.0, 0.9861, outcome("bought", engine, accuracy, 7.7), "frequency=170")
+    )),
+    steps=frame(outcome("paper", accuracy=0.88, gain=None), outcome("tuned", gain=about(0.1))),
+    groups=GROUPS,
+    everything=EVERYTHING,
+    left_out=pd.concat([GROUPS, EVERYTHING]),
+    most=GROUPS.iloc[1],
+    physical=PHYSICAL,
+    bought=frame(*(
+        outcome("bought", engine, accuracy, 7.7, budget="10", validation=0.9861,
+                values="frequency=170")
         for engine, accuracy in (("bullet", 0.957), ("dart", 0.981))
-    ],
+    )),
     fronts=[Point("bullet", 2.0, 0.9), Point("bullet", 9.0, 0.984)],
     luck=[
-        Luck("bullet", [Seed(s, 0.97, 0.985, outcome("s"), {"frequency": s}) for s in (1, 2)],
-             spread([0.98, 0.984]), spread([4.0, 6.0]), 2)
+        {
+            "engine": "bullet", "right": spread([0.98, 0.984]), "cpu": spread([4.0, 6.0]),
+            "genes": 2, "differing": 1,
+            "seeds": frame(*(
+                outcome("s", seed=s, fitness=0.97, validation=0.985, **{"gene:frequency": s})
+                for s in (1, 2)
+            )),
+        }
     ],
 )  # fmt: skip
 STUDY = Tuning(searches=(), limit=None, write_presets=False)
@@ -159,7 +171,7 @@ def test_the_page_of_all_results(tmp_path, assert_drawn):
 
 
 def test_the_page_of_one_search_has_its_sections_alone(tmp_path, undrawn):
-    alone = replace(SEARCHED, searches=SEARCHED.searches[:1], algorithms=[])
+    alone = Found(**ALONE | {"searches": ALONE["searches"][:1], "algorithms": []})
     page = STUDY.page(alone)
     assert "are right on 98.4 % of the cases at 5.10 ms, those that the" in page.summary
     assert [section.title for section in page.details] == [
@@ -169,27 +181,27 @@ def test_the_page_of_one_search_has_its_sections_alone(tmp_path, undrawn):
     write_page(page, tmp_path)
 
 
-@pytest.mark.parametrize(
-    ("ahead", "expected"),
-    [(None, "own"), (about(0.03), "better"), (about(-0.02), "worse"), (about(0.005), "alike")],
-)
-def test_a_difference_is_significant_where_its_interval_is_on_one_side_of_0(ahead, expected):
-    assert carried("bullet", "dart", ahead).outcome == expected
-
-
-def test_means_at_home_and_elsewhere():
-    found = [
-        outcome("x", accuracy=a, ahead=b)
-        for a, b in ((0.98, None), (0.9, about(0.08)), (0.94, about(0.04)), (0.96, None))
-    ]
-    part = OnPart("test", (), [Carried("a", "b", one, ()) for one in found])
-    assert part.at_home == pytest.approx((0.97, 0.92, 0.05))
-    assert part.outcomes == {"own": 2, "better": 2}
+def test_means_at_home_and_elsewhere_and_what_is_significant_there():
+    """A difference is significant where its interval is on one side of 0."""
+    carried = {("a", "a"): ("own", ()), ("b", "a"): ("x", ("margin",)), ("c", "a"): ("y", ())}
+    rows = pd.DataFrame(
+        {"right": [about(0.98), about(0.9), about(0.94), about(0.96)]}, ["own", "x", "y", "z"]
+    )
+    ahead = {("own", "x"): about(0.08), ("own", "y"): about(0.004)}
+    found = _transferred(_Judged(rows, rows, pd.Series(ahead)), carried)
+    assert (found["home"], found["away"]) == pytest.approx((0.98, 0.92))
+    assert (found["better"], found["worse"], found["alike"]) == (1, 0, 1)
+    shown = found["carried"]
+    assert list(shown["gain"]) == [0.0, -0.08, -0.004]
+    assert list(shown["ignored"]) == ["-", "margin", "-"]
+    ahead[("own", "x")] = about(-0.02)
+    found = _transferred(_Judged(rows, rows, pd.Series(ahead)), carried)
+    assert (found["better"], found["worse"], found["alike"]) == (0, 1, 1)
 
 
 def test_engines_show_the_search_that_found_the_preset_and_the_one_that_judged_most():
     few = replace(search("few"), genotypes=16)
-    found = replace(SEARCHED, searches=[search("d", "dart"), few, search("many")])
+    found = Found(**ALONE | {"searches": [search("d", "dart"), few, search("many")]})
     assert [one.name for one in found.finders] == ["few", "d"]
     assert {one.name for one in found.largest} == {"many", "d"}
 
@@ -246,7 +258,7 @@ def test_presets_are_written_before_they_are_compared(tmp_path, monkeypatch):
     monkeypatch.setattr("steadyload.methods.tuned.FILE", tmp_path / "tuned.json")
     monkeypatch.setattr(
         "steadyload.studies.tuning.comparing.compare",
-        lambda lab, searches, limit, _: (tuned(), [one.name for one in searches], limit),
+        lambda lab, searches, limit: (tuned(), [one.name for one in searches], limit),
     )
     study = replace(STUDY, searches=(SEARCHES / "chipmunk-seed-0",), write_presets=True, limit=7)
     presets, names, limit = study.run(Lab(tmp_path))

@@ -210,7 +210,7 @@ def test_what_is_as_at_the_start_is_no_change(tunable):
     assert [c.name for c in without_gains(space, nearly)] == ["thresholds", "everything"]
     (change, everything) = without_gains(space, nearly)
     assert change.spec == everything.spec
-    assert change.values == f"eps_t {start['eps_t']}"
+    assert change.to == f"eps_t {start['eps_t']}"
 
 
 def test_physical_values_are_those_of_the_label(tunable):

@@ -5,7 +5,10 @@ from __future__ import annotations
 import dataclasses
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import pairwise
 from typing import Any, NamedTuple
+
+import pandas as pd
 
 from steadyload.engines.registry import capabilities
 from steadyload.layouts.benchmark import load_benchmark
@@ -16,24 +19,16 @@ from steadyload.methods.naming import MethodKey
 from steadyload.methods.registry import make_method
 from steadyload.methods.simulation.simulation_parameters import parameters_on
 from steadyload.methods.tuned import TUNED, tuned
-from steadyload.runs.evaluation import Evaluation
+from steadyload.reports import frames
+from steadyload.reports.columns import general, names
+from steadyload.runs import frames as v
+from steadyload.runs.costs import CostKind, CostSource
+from steadyload.runs.judged import JudgedCases
 from steadyload.runs.labels import Cases
 from steadyload.runs.provenance import provenance_lines
 from steadyload.studies.kit import Lab
 from steadyload.studies.tuning.gains import search_gains
-from steadyload.studies.tuning.presets import (
-    BUDGETS,
-    START,
-    Bought,
-    Carried,
-    Found,
-    Luck,
-    OnEngine,
-    OnPart,
-    Seed,
-    Step,
-    Variant,
-)
+from steadyload.studies.tuning.presets import BUDGETS, DEAR, START, Found
 from steadyload.studies.tuning.searching import Point, of_searches, spread
 from steadyload.tuning import TuningError
 from steadyload.tuning.cost import GOAL
@@ -42,6 +37,13 @@ from steadyload.tuning.presets import by_worth, preset
 from steadyload.tuning.search import Search, pareto_front
 from steadyload.tuning.space import PAPERS, Space, gene_groups, space_on, spec_of
 from steadyload.tuning.trial import fitness
+
+LIMIT, GAINS = 150, 300
+"""Cases a scenario, and those on which presets of both questions are compared with the starts of
+their searches."""
+
+EVERYTHING = "everything"
+"""The change of all groups of parameters at once."""
 
 _SHARD_SIZE = 60
 
@@ -65,9 +67,7 @@ _BY_HAND = {"eps_t": 10, "eps_r": 10, "frequency": 100, "linear_damping": 0.01}
 """A point of the paper's own space near the label's thresholds, which short searches miss."""
 
 
-def compare(
-    lab: Lab, searches: Iterable[Search], limit: int | None = None, gains: int = 0
-) -> Found:
+def compare(lab: Lab, searches: Iterable[Search], limit: int | None = None) -> Found:
     """Compare the tuned presets with others on the test part, and measure the gain of each part.
 
     The cases are those of many item lists; 2-D engines are judged on the planar set, on which the
@@ -77,9 +77,7 @@ def compare(
         lab: where it runs; an interrupted study is resumed.
         searches: finished ones, which gave the presets, fronts and seeds; those for another
             question than that of the label are left out.
-        limit: largest number of cases a scenario; None for all.
-        gains: cases a scenario on which presets of both questions are compared with the starts of
-            their searches; 0 for none.
+        limit: cases a scenario; None for :data:`LIMIT`, and :data:`GAINS` for what searches add.
 
     Raises:
         TuningError: all searches are for another question than that of the label, none of the
@@ -102,45 +100,79 @@ def compare(
             engine
         )
     rows: dict[str, list[Any]] = defaultdict(list)
-    parts, costs = [], ""
-    made_with: dict[str, str] = {}
+    parts, fronts, luck, made_with = [], [], [], dict[str, str]()
     for name, engines in sorted(sets.items()):
         # 3-D engines take part on the planar set with their own parameters.
         together = list(plans) if name == PLANAR else engines
-        pairs = {(a, b): _carried(a, b) for b in together for a in together}
+        carried = {(a, b): _carried(a, b) for b in together for a in together}
         specs = [spec for engine in engines for spec in plans[engine].specs]
-        found = lab.judge(
-            list(dict.fromkeys([*specs, *(spec for spec, _ in pairs.values())])),
-            Cases(load_benchmark(name), Part.TEST, limit=limit),
+        judged = lab.judge(
+            list(dict.fromkeys([*specs, *(spec for spec, _ in carried.values())])),
+            Cases(load_benchmark(name), Part.TEST, limit=limit or LIMIT),
             folder=name,
             name="tuning",
             shard_size=_SHARD_SIZE,
+        ).judged
+        pairs = [pair for engine in engines for pair in plans[engine].pairs]
+        pairs += [(carried[b, b][0], spec) for (_, b), (spec, _) in carried.items()]
+        found = _Judged.of(judged, pairs)
+        tested = pd.concat([plans[engine].tested(found) for engine in engines])
+        parts.append(
+            {"part": f"{Part.TEST}, {name}", "rows": tested, **_transferred(found, carried)}
         )
-        tested = [plans[engine].tested(found) for engine in engines]
-        carried = [
-            Carried(a, b, found.row(spec, against=pairs[b, b][0]), ignored)
-            for (a, b), (spec, ignored) in pairs.items()
-        ]
-        parts.append(OnPart(f"{Part.TEST}, {name}", tested, carried))
         for engine in engines:
-            for field, own in plans[engine].rows(found).items():
-                rows[field] += own
-        costs = costs or found.cost_source.explained()
-        made_with |= provenance_lines(found.judged.manifest, of=f"set {name}")
+            plan = plans[engine]
+            for field, own in plan.rows(found).items():
+                rows[field].append(own.assign(engine=engine))
+            fronts += [Point(engine, e.trial.mean_cost, e.trial.accuracy) for e in plan.front]
+            luck += [plan.luck(found)] if plan.seeds else []
+        made_with |= provenance_lines(judged.manifest, of=f"set {name}")
     # Of each engine the one that found its preset first.
     ordered = [s for engine, plan in plans.items() for s in (plan.finder, *by_engine[engine])]
+    whole = {field: pd.concat(own) for field, own in rows.items()}
+    changes = whole["left_out"]["change"]
+    groups = whole["left_out"][changes != EVERYTHING]
+    shown = pd.concat([part["rows"] for part in parts])
+    family = shown["key"].map(lambda key: key.family)
     return Found(
         **of_searches(list(dict.fromkeys(ordered))),
-        **rows,
+        **whole,
+        groups=groups,
+        everything=whole["left_out"][changes == EVERYTHING],
+        most=groups.iloc[int(v.values(groups["accuracy_change"]).argmin())],
         parts=parts,
-        gains=search_gains(lab, sets.get(LISTS, ()), gains) if gains else (),
-        costs_explained=costs,
+        shown=frames.records(shown[family.isin((TUNED, DEAR, START))]),
+        fronts=fronts,
+        luck=luck,
+        gains=search_gains(lab, sets.get(LISTS, ()), limit or GAINS),
+        costs_explained=CostSource(CostKind.JUDGING).explained(),
         made_with=made_with,
     )
 
 
+class _Judged(NamedTuple):
+    """What methods say on some cases: verdicts, rows by spec, and differences by pair of specs."""
+
+    frame: pd.DataFrame
+    rows: pd.DataFrame
+    differences: pd.Series
+
+    @classmethod
+    def of(cls, judged: JudgedCases, pairs: Iterable[tuple[str, str]]) -> _Judged:
+        """Of all methods of a run, and some pairs of them."""
+        frame = v.costed(judged)
+        rows = v.by_method(frame, ("right", "over", "under", "right_robust"))
+        rows["cpu"] = v.mean(frame, "cpu", ["method"])
+        return cls(frame, rows, v.pairs(frame, chosen=dict.fromkeys(pairs))["difference"])
+
+    def against(self, own: str, specs: Sequence[str]) -> pd.Series:
+        """CPU time of one method over that of each of others."""
+        beside = self.frame.assign(own=v.beside(self.frame, "cpu", own))
+        return v.ratio(beside[beside["method"].isin(specs)], "own", "cpu", ["method"])
+
+
 class _Plan:
-    """The specs that are judged on an engine with a preset, and rows of their results."""
+    """The specs that are judged on an engine with a preset, and frames of their results."""
 
     def __init__(self, engine: str, searches: Sequence[Search]) -> None:
         stored, values = tuned()[engine].parameters, tuned_values(engine)
@@ -159,62 +191,104 @@ class _Plan:
         self.seeds = apart_by_seeds(searches)
         self.front = pareto_front([entry for search in searches for entry in search.whole()])
         self.bought = list(_within_budgets(searches, self.front))
+        changed = [change.spec for changes in self.changes.values() for change in changes]
         self.specs = [
             self.own,
             *self.others,
             *self.steps.values(),
-            *(change.spec for changes in self.changes.values() for change in changes),
+            *changed,
             *(spec for _, spec in self.seeds),
             *(spec for *_, spec in self.bought),
         ]
+        self.pairs = [
+            *((self.own, spec) for spec in self.others),
+            *((one, last) for last, one in pairwise(self.steps.values())),
+            *((spec, self.own) for spec in changed),
+        ]
 
-    def tested(self, found: Evaluation) -> OnEngine:
-        """The tuned parameters beside other methods."""
-        others = [found.row(spec, against=self.own, key=key) for spec, key in self.others.items()]
-        return OnEngine(self.engine, found.row(self.own), others)
+    def tested(self, found: _Judged) -> pd.DataFrame:
+        """The tuned parameters, and other methods: accuracy of the tuned ones minus theirs."""
+        specs = list(self.others)
+        others = found.rows.loc[specs].assign(
+            key=list(self.others.values()),
+            title=[key.title for key in self.others.values()],
+            ahead=[found.differences[self.own, spec] for spec in specs],
+            cost_ratio=found.against(self.own, specs),
+        )
+        return pd.concat([found.rows.loc[[self.own]], others])
 
-    def rows(self, found: Evaluation) -> dict[str, list[Any]]:
-        """The other rows, by field of :class:`Found`."""
-        engine, before = self.engine, ["", *self.steps.values()]
+    def rows(self, found: _Judged) -> dict[str, pd.DataFrame]:
+        """The other frames, by field of :class:`Found`."""
+        steps = list(self.steps.values())
+        gains = [found.differences.get((one, last)) for last, one in pairwise(steps)]
         return {
-            "steps": [
-                Step(engine, title, found.row(spec), found.difference(spec, last) if last else None)
-                for (title, spec), last in zip(self.steps.items(), before, strict=False)
-            ],
-            **{
-                field: [self._variant(change, found) for change in changes]
-                for field, changes in self.changes.items()
-            },
-            "bought": [
-                Bought(
-                    engine, budget, entry.trial.accuracy, found.row(spec), spec.partition(":")[2]
-                )
-                for budget, entry, spec in self.bought
-            ],
-            "fronts": [Point(engine, e.trial.mean_cost, e.trial.accuracy) for e in self.front],
-            "luck": [self._luck(found)] if self.seeds else [],
+            "steps": found.rows.loc[steps].assign(title=list(self.steps), gain=[None, *gains]),
+            **{field: self._changed(changes, found) for field, changes in self.changes.items()},
+            "bought": found.rows.loc[[spec for *_, spec in self.bought]].assign(
+                budget=[general(budget) for budget, *_ in self.bought],
+                validation=[entry.trial.accuracy for _, entry, _ in self.bought],
+                values=[spec.partition(":")[2] for *_, spec in self.bought],
+            ),
         }
 
-    def _variant(self, change: Change, found: Evaluation) -> Variant:
-        difference = found.difference(change.spec, self.own)
-        ratio = found.cost_ratio(change.spec, self.own).value
-        row = found.row(change.spec)
-        return Variant(self.engine, change.name, change.values, row, difference, ratio)
+    def _changed(self, changes: Sequence[Change], found: _Judged) -> pd.DataFrame:
+        """Tuned parameters with some of them changed; differences are to the tuned ones."""
+        specs = [change.spec for change in changes]
+        ratio = v.values(found.against(self.own, specs))
+        return found.rows.loc[specs].assign(
+            change=[change.name for change in changes],
+            values=[change.to for change in changes],
+            accuracy_change=[found.differences[spec, self.own] for spec in specs],
+            cost_change=[1.0 / ratio[spec] for spec in specs],
+        )
 
-    def _luck(self, found: Evaluation) -> Luck:
+    def luck(self, found: _Judged) -> dict[str, Any]:
+        """A search with several seeds: the best genotype of each, tested once."""
         best = [search.fittest() for search, _ in self.seeds]
         values = [s.space.values(e.genotype) for (s, _), e in zip(self.seeds, best, strict=True)]
         differing = [gene for gene in values[0] if len({own.get(gene) for own in values}) > 1]
-        seeds = [
-            Seed(
-                search.options.seed, fitness(entry.trial, search.goal), entry.trial.accuracy,
-                found.row(spec), {gene: own[gene] for gene in differing},
-            )
-            for (search, spec), entry, own in zip(self.seeds, best, values, strict=True)
-        ]  # fmt: skip
-        accuracy = spread([seed.test.accuracy.value for seed in seeds])
-        cpu = spread([seed.test.cpu.value for seed in seeds])
-        return Luck(self.engine, seeds, accuracy, cpu, len(values[0]))
+        seeds = found.rows.loc[[spec for _, spec in self.seeds]].assign(
+            seed=[search.options.seed for search, _ in self.seeds],
+            fitness=[fitness(e.trial, s.goal) for (s, _), e in zip(self.seeds, best, strict=True)],
+            validation=[entry.trial.accuracy for entry in best],
+            **{f"gene:{gene}": [own[gene] for own in values] for gene in differing},
+        )
+        return {
+            "engine": self.engine, "seeds": seeds, "differing": len(differing),
+            "genes": len(values[0]),
+            **{name: spread(list(v.values(seeds[name]))) for name in ("right", "cpu")},
+        }  # fmt: skip
+
+
+def _transferred(
+    found: _Judged, carried: Mapping[tuple[str, str], tuple[str, tuple[str, ...]]]
+) -> dict[str, Any]:
+    """Parameters tuned on one engine, judged on another, and compared with those tuned there.
+
+    Returns:
+        ``carried``: a row a pair of engines, ``ahead``: accuracy of the engine's own parameters
+        minus its, missing for these, ``gain``: the same turned; ``home``, ``away``: mean accuracy
+        on the engine that parameters were tuned on, and on others; ``better``, ``worse``,
+        ``alike``: pairs in which the engine's own parameters are so, significantly.
+    """
+    own = {b: spec for (a, b), (spec, _) in carried.items() if a == b}
+    ahead = [
+        None if a == b else found.differences[own[b], spec] for (a, b), (spec, _) in carried.items()
+    ]
+    rows = found.rows.loc[[spec for spec, _ in carried.values()]].assign(
+        tuned_on=[a for a, _ in carried],
+        judged_on=[b for _, b in carried],
+        ignored=[names(ignored) for _, ignored in carried.values()],
+        ahead=ahead,
+        gain=[0.0 if one is None else -one.value for one in ahead],
+    )
+    known = [one for one in ahead if one is not None]
+    better, worse = sum(one.low > 0.0 for one in known), sum(one.high < 0.0 for one in known)
+    right, home = v.values(rows["right"]), rows["ahead"].isna()
+    return {
+        "carried": rows, "home": right[home].mean(), "away": right[~home].mean(),
+        "better": better, "worse": worse, "alike": len(known) - better - worse,
+    }  # fmt: skip
 
 
 def _spec(spec: str) -> str:
@@ -295,7 +369,7 @@ class Change(NamedTuple):
     """A tuned parameter set with some values changed: its name, these as text, and the spec."""
 
     name: str
-    values: str
+    to: str
     spec: str
 
 
@@ -311,7 +385,7 @@ def without_gains(space: Space, tuned: Values) -> list[Change]:
         name: {gene: start[gene] for gene in genes if gene in start}
         for name, genes in gene_groups().items()
     }
-    return _changes(space.engine, tuned, {**groups, "everything": start})
+    return _changes(space.engine, tuned, {**groups, EVERYTHING: start})
 
 
 def physical(engine: str, tuned: Values) -> list[Change]:

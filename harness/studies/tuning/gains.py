@@ -4,43 +4,33 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+import pandas as pd
+
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.benchmark.parts import LISTS, Part
 from steadyload.layouts.model.question import Question, with_question
 from steadyload.methods.registry import make_method
 from steadyload.methods.tuned import TUNED, tuned
-from steadyload.reports.columns import column, least_shown, percent, row
-from steadyload.runs.comparison import detectable
+from steadyload.runs import frames as v
 from steadyload.runs.labels import Cases
-from steadyload.statistics.estimate import Estimate
+from steadyload.statistics.paired import detectable
 from steadyload.studies.kit import Lab
 from steadyload.tuning.space import space_on
 
 _SHARD_SIZE = 60
 
 
-@row
-class SearchGain:
-    """Accuracy of a preset on an engine, and of the start of the search that found it."""
-
-    question: str = column()
-    engine: str = column()
-    n: int = column()
-    start: Estimate = column("start of the search %", percent)
-    found: Estimate = column("ps_opt %", percent)
-    gain: Estimate = column("gain (points)", percent)
-    shown: float = column(
-        "shown", least_shown, "least gain that these cases show with a probability of 80 %"
-    )
-
-
-def search_gains(lab: Lab, engines: Iterable[str], limit: int) -> list[SearchGain]:
+def search_gains(lab: Lab, engines: Iterable[str], limit: int) -> pd.DataFrame:
     """Judge the presets of all questions and their starts, on cases of many item lists.
 
     Args:
         lab: where they are judged.
         engines: of three dimensions; those without a preset for a question are left out.
         limit: cases a scenario, those of the first ranks.
+
+    Returns:
+        A row a question and engine: accuracy of the ``start`` of the search, of the ``preset``, and
+        their difference, ``gain``; ``shown``: the least that these cases show.
 
     Raises:
         as :meth:`steadyload.studies.kit.Lab.judge`.
@@ -49,22 +39,28 @@ def search_gains(lab: Lab, engines: Iterable[str], limit: int) -> list[SearchGai
     for question in Question:
         entries = tuned(question)
         specs = {
-            engine: (_start(engine, entries[engine].made_by["space"]), _preset(engine, question))
+            engine: (_preset(engine, question), _start(engine, entries[engine].made_by["space"]))
             for engine in wanted
             if engine in entries
         }
         if specs:
-            found = lab.judge(
-                [spec for pair in specs.values() for spec in pair],
+            judged = lab.judge(
+                [spec for own, start in specs.values() for spec in (start, own)],
                 Cases(load_benchmark(LISTS), Part.TEST, limit=limit),
                 question=question, folder=f"gains/{question}", shard_size=_SHARD_SIZE,
-            )  # fmt: skip
-            for engine, (start, own) in specs.items():
-                before, after = found.row(start).accuracy, found.row(own).accuracy
-                gain = found.difference(own, start)
-                least = detectable(gain, found.judged.clusters.nunique())
-                gains.append(SearchGain(question, engine, after.n, before, after, gain, least))
-    return gains
+            ).judged  # fmt: skip
+            frame = v.verdicts(judged)
+            right = v.share(frame, "right", ["method"])
+            gain = v.pairs(frame, chosen=specs.values())["difference"]
+            gains += [
+                {
+                    "question": question, "engine": engine, "start": right[both[1]],
+                    "preset": right[both[0]], "gain": gain[both],
+                    "shown": detectable(gain[both], judged.clusters.nunique()),
+                }
+                for engine, both in specs.items()
+            ]  # fmt: skip
+    return pd.DataFrame(gains)
 
 
 def _start(engine: str, space: str) -> str:

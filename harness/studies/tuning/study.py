@@ -19,16 +19,12 @@ class Tuning(Study["Found"]):
     answers = "What does tuning a simulation bring, and which parameter brings it?"
     about = "compare tuned presets with other methods on test, and write the page of tuning"
     workers = 0
-    pages = (
-        PublishedPage("tuning", "reports/published/tuning/searches/*/ --limit 150 --gains 300"),
-    )
+    pages = (PublishedPage("tuning", "reports/published/tuning/searches/*/"),)
 
     searches: tuple[Path, ...] = operand(REQUIRED, "folders of searches", metavar="DIR")
-    limit: int | None = option(None, "only the first N cases a scenario", least=2)
-    gains: int = option(
-        0, "cases a scenario on which presets of both questions are compared with the starts of "
-        "their searches (default: 0, none)", least=0,
-    )  # fmt: skip
+    limit: int | None = option(
+        None, "cases a scenario (default: 150; 300 for what searches add)", least=2
+    )
     write_presets: bool = option(
         False, "first make the fittest genotype of all searches on an engine its preset"
     )
@@ -49,7 +45,7 @@ class Tuning(Study["Found"]):
         if self.write_presets:
             for best, *_ in by_worth(searches).values():
                 write_preset(best)
-        return compare(lab, searches, self.limit, self.gains)
+        return compare(lab, searches, self.limit)
 
     def remarks(self, found: Found) -> list[str]:
         """The file of presets, where they were written."""
