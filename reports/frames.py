@@ -232,6 +232,12 @@ COLUMNS: Mapping[str, Shown] = {
     "wrong": Shown("wrong"),
     "lost_cases": Shown("cases lost"),
     "above": Shown("boxes above"),
+    "label_changed": Shown("changed %", _percent),
+    "stable_changed": Shown("of stable %", _percent),
+    "unstable_changed": Shown("of unstable %", _percent),
+    "earlier": Shown("earlier"),
+    "later": Shown("later"),
+    "slowest": Shown("slowest ms", forms.significant),
     # Samples
     "plan_right": Shown("plan %", _percent),
     "likeliest": Shown("likeliest step %", _percent),

@@ -64,33 +64,33 @@ def found():
 
 
 def by_title(rows, title):
-    return next(own for own in rows if own.title == title)
+    return next(own for _, own in rows.iterrows() if own.title == title)
 
 
 def test_changed_labels_are_counted_by_direction(found):
-    friction = by_title(found.variants, FRICTION)
+    friction = by_title(found.others, FRICTION)
     # What a time limit ended is no other label.
-    assert (friction.changed.value, friction.changed.n) == (pytest.approx(1 / 3), 3)
-    assert (friction.changed_stable.value, friction.changed_unstable.value) == (0.0, 0.5)
-    assert (friction.earlier, friction.later, friction.without_verdict) == (0, 1, {"timeout": 1})
-    tolerance = by_title(found.variants, TOLERANCE)
-    assert (tolerance.changed.value, tolerance.earlier, tolerance.later) == (0.25, 1, 0)
+    assert (friction.label_changed.value, friction.label_changed.n) == (pytest.approx(1 / 3), 3)
+    assert (friction.stable_changed.value, friction.unstable_changed.value) == (0.0, 0.5)
+    assert (friction.earlier, friction.later, friction.lost) == (0, 1, {"timeout": 1})
+    tolerance = by_title(found.others, TOLERANCE)
+    assert (tolerance.label_changed.value, tolerance.earlier, tolerance.later) == (0.25, 1, 0)
     assert (tolerance.cpu.value, tolerance.slowest) == pytest.approx((2.0, 2.0))
-    assert by_title(found.variants, "carry instead of reseat").changed.value == 0.0
+    assert by_title(found.others, "carry instead of reseat").label_changed.value == 0.0
     assert by_title(found.engines, "bullet at 90 Hz").equal.value == 0.75
 
 
 def test_a_change_of_the_numerics_counts_and_one_of_the_model_does_not(found):
     assert (found.any_change.value, found.any_change.n) == (0.25, 4)
-    assert {own.group for own in found.swept} < {own.group for own in found.variants}
-    assert {own.value for own in found.swept if own.group == "friction"} == {0.4, 0.6}
-    assert "loading" not in {own.group for own in found.swept}
+    assert {own["group"] for own in found.swept} < {own.group for own in VARIANTS}
+    assert {own["value"] for own in found.swept if own["group"] == "friction"} == {0.4, 0.6}
+    assert "loading" not in {own["group"] for own in found.swept}
 
 
 def test_soft_contacts_are_a_change_of_the_model_with_a_section_of_their_own(found):
-    assert [own.value for own in found.compliant] == [1e5, 1e6, 1e7, 3e7]
-    assert {own.title for own in found.compliant}.isdisjoint(own.title for own in found.others)
-    assert len(found.compliant) + len(found.others) == len(found.variants)
+    assert found.compliant["value"].tolist() == [1e5, 1e6, 1e7, 3e7]
+    assert set(found.compliant["title"]).isdisjoint(found.others["title"])
+    assert len(found.compliant) + len(found.others) == len(VARIANTS)
 
 
 def test_a_layout_on_which_a_fine_engine_differs_is_a_dispute(found):
@@ -108,14 +108,6 @@ def test_the_page_shows_what_was_found(found, assert_shown):
         Convergence(),
         found,
         answer=[found.any_change.n, percent(found.any_change)],
-        tables=[
-            found.reference,
-            found.compliant,
-            found.others,
-            found.engines,
-            found.opinions,
-            found.disputes,
-        ],
         charts=["sweeps", "engines"],
     )
 
@@ -133,9 +125,9 @@ def standing():
 
 
 def test_the_question_stands_has_the_changes_that_were_tried(standing, assert_shown):
-    assert {own.title for own in standing.variants} == OF_STANDS
-    assert (standing.engines, standing.opinions, standing.disputes) == ([], [], [])
-    assert by_title(standing.compliant, "stiffness 100000").changed.value == 0.5
+    assert {*standing.compliant["title"], *standing.others["title"]} == OF_STANDS
+    assert (standing.agreeing, len(standing.opinions), standing.disputes) == ([], 0, [])
+    assert by_title(standing.compliant, "stiffness 100000").label_changed.value == 0.5
     assert (standing.any_change.value, standing.any_change.n) == (0.25, 4)
     assert_shown(
         Convergence(asked="stands"),
@@ -145,7 +137,6 @@ def test_the_question_stands_has_the_changes_that_were_tried(standing, assert_sh
             standing.any_change.n,
             percent(standing.any_change),
         ],
-        tables=[standing.reference, standing.compliant, standing.others],
         charts=["sweeps"],
     )
     page = Convergence(asked="stands").page(standing)
@@ -175,8 +166,8 @@ def test_a_second_model_judges_for_the_question_within_alone(tmp_path):
 def test_labels_are_judged_once(tmp_path):
     asked, lab = Convergence(limit=1), Lab(tmp_path, 0)
     found = asked.run(lab)
-    assert {own.changed.n for own in found.variants} == {3}
-    assert {own.title for own in found.opinions} == {canonical(spec) for spec in OPINIONS}
+    assert {own.n for own in found.others["label_changed"]} == {3}
+    assert set(found.opinions["title"]) == {canonical(spec) for spec in OPINIONS}
     stamps = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*.parquet")}
     assert repr(asked.run(lab)) == repr(found), "equal but for what is no number"
     assert {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*.parquet")} == stamps

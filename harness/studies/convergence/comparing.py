@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from types import SimpleNamespace
 
@@ -24,6 +23,7 @@ from steadyload.reports.columns import (
     row,
     significant,
 )
+from steadyload.runs import frames as v
 from steadyload.runs.costs import CostKind, CostSource
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import mean, share
@@ -50,37 +50,6 @@ _FINE = 480.0
 
 _SOFT = 1e8
 """Below this stiffness [N/m] a change is one of the model, not of its numerics."""
-
-
-@row
-class Compared:
-    """A changed reference, or another method, compared with the reference itself."""
-
-    group: str
-    title: str = column()
-    spec: str
-    value: float | None = column(about="position on an axis")
-    changed: Estimate = column(
-        "changed %", percent, "share with another label of the cases that no time limit ended"
-    )
-    changed_stable: Estimate = column("of stable %", percent, "of those that the reference holds")
-    changed_unstable: Estimate = column("of unstable %", percent)
-    earlier: int = column(about="cases that fail at an earlier step")
-    later: int = column()
-    cpu: Estimate = column("CPU ms", milliseconds)
-    slowest: float = column("slowest ms", significant)
-    without_verdict: Mapping[str, int] = column("without verdict", counts, notable=True)
-
-    @property
-    def equal(self) -> Estimate:
-        """Share of cases with the same label."""
-        changed = self.changed
-        return Estimate(1.0 - changed.value, 1.0 - changed.high, 1.0 - changed.low, changed.n)
-
-    @property
-    def note(self) -> str:
-        """The position as text."""
-        return general(self.value)
 
 
 @row
@@ -116,13 +85,7 @@ class Found(SimpleNamespace):
     """All that the page shows."""
 
     reference: Sequence[Measured]
-    variants: Sequence[Compared]
-    engines: Sequence[Compared]
-    opinions: Sequence[Compared]
     disputes: Sequence[LabelDispute]
-    compliant: list[Compared]
-    others: list[Compared]
-    swept: list[Compared]
     made_with: Mapping[str, str]
 
 
@@ -137,38 +100,47 @@ def compare(
     """The comparison of the results of :func:`.convergence_studies`, whose methods have their names
     without the question ``asked``; methods that have not judged are left out.
     """
-    said = _answers(everything)
-    swept = _answers(sweep)
-    tried = [v for v in VARIANTS if v.spec in said.columns or v.spec in swept.columns]
-    variants = [
-        _row(v.group, v.title, v.spec, v.value, said if v.decisive else swept,
-             everything if v.decisive else sweep)
-        for v in tried
-    ]  # fmt: skip
-    engines = []
-    for spec in (make_method(text).spec for text in ENGINES if canonical(text) in said.columns):
-        frequency = float(dict(spec.values)["frequency"])
-        title = f"{spec.engine} at {frequency:g} Hz"
-        engines.append(_row(str(spec.engine), title, str(spec), frequency, said, everything))
-    slow = []
+    said, swept = _answers(everything), _answers(sweep)
+    tried = [one for one in VARIANTS if one.spec in said.columns or one.spec in swept.columns]
+    on_all, on_fewer = _compared(everything), _compared(sweep)
+    variants = pd.DataFrame(
+        [(on_all if own.decisive else on_fewer).loc[own.spec] for own in tried]
+    ).assign(
+        group=[own.group for own in tried],
+        title=[own.title for own in tried],
+        value=[own.value for own in tried],
+    )
+    soft = np.array([_compliant(own.group, own.value) for own in tried])
+    numbers = variants["value"].notna().groupby(variants["group"]).transform("sum")
+    several = variants[variants["value"].notna() & (numbers > 1)]
+    across = min(4, several["group"].nunique())
+    specs = [make_method(text).spec for text in ENGINES if canonical(text) in said.columns]
+    rates = [float(dict(spec.values)["frequency"]) for spec in specs]
+    engines = on_all.loc[list(map(str, specs))].assign(
+        group=[str(spec.engine) for spec in specs],
+        title=[f"{spec.engine} at {rate:g} Hz" for spec, rate in zip(specs, rates, strict=True)],
+        note=[general(rate) for rate in rates],
+        equal=lambda own: own["label_changed"].map(
+            lambda e: Estimate(1.0 - e.value, 1.0 - e.high, 1.0 - e.low, e.n)
+        ),
+    )
+    slow = pd.DataFrame()
     if opinions is not None:
-        judges = [m for m in opinions["method"].unique() if m != BASE]  # those that began
-        slow = [_row("", m, m, None, _answers(opinions), opinions) for m in judges]
+        slow = _compared(opinions).drop(BASE)  # those that began
+        slow = slow.assign(title=slow.index)
     numerical = [
-        v.spec for v in tried if v.group in _NUMERICAL and not _compliant(v.group, v.value)
+        own.spec
+        for own in tried
+        if own.group in _NUMERICAL and not _compliant(own.group, own.value)
     ]
     both = swept.join(said[[c for c in said.columns if c not in swept.columns]])
     base = everything[everything["method"] == BASE]
     lists = _lists(everything)
     any_change = share(_changed(both, numerical), lists.loc[both.index].to_numpy())
-    default = _row("", "default", BASE, None, said, everything)
-    numbered = [own for own in variants if own.value is not None]
-    groups = Counter(own.group for own in numbered)
-    swept_groups = [group for group, count in groups.items() if count > 1]
-    across = min(4, len(swept_groups))
+    default = on_all.loc[BASE]
     return Found(
         reference=[
-            Measured("cases", str(default.changed.n)),
+            Measured("cases", str(default.label_changed.n)),
             Measured("items a layout", milliseconds(mean(base["item_count"], base[ITEM_LIST]))),
             Measured(
                 "stable %",
@@ -177,18 +149,18 @@ def compare(
             Measured("CPU ms a layout", milliseconds(default.cpu)),
             Measured("slowest, ms", significant(default.slowest)),
             *(Measured(f"CPU ms, {band}", milliseconds(time)) for band, time in _by_size(base)),
-            Measured("without verdict", counts(default.without_verdict)),
+            Measured("without verdict", counts(default.lost if default.notna().lost else {})),
             Measured(
                 f"label changes under any other numerics %, n = {any_change.n}", percent(any_change)
             ),
         ],
-        variants=variants,
-        compliant=[own for own in variants if _compliant(own.group, own.value)],
-        others=[own for own in variants if not _compliant(own.group, own.value)],
-        swept=[own for own in numbered if own.group in swept_groups],
+        compliant=variants[soft],
+        others=variants[~soft],
+        swept=several.to_dict("records"),
         across=across,
-        size=(2.6 * across, 2.5 * -(-len(swept_groups) // across)),
+        size=(2.6 * across, 2.5 * -(-several["group"].nunique() // across)),
         engines=engines,
+        agreeing=engines.to_dict("records"),
         opinions=slow,
         any_change=any_change,
         item_lists=lists.nunique(),
@@ -217,33 +189,41 @@ def _lists(results: pd.DataFrame) -> pd.Series:
     return results.drop_duplicates(KEYS).set_index(KEYS)[ITEM_LIST]
 
 
-def _row(
-    group: str,
-    title: str,
-    spec: str,
-    value: float | None,
-    said: pd.DataFrame,
-    results: pd.DataFrame,
-) -> Compared:
-    judged = said[[BASE, spec]].notna().all(axis=1)  # not in a study that is not finished
-    answered = said[judged & (said[spec] != str(Status.TIMEOUT))]
-    base, other = answered[BASE], answered[spec]
-    changed, stable = (base != other).to_numpy(), (base == STABLE).to_numpy()
-    own = results[results["method"] == spec]
-    lists = _lists(results).loc[answered.index].to_numpy()
-    return Compared(
-        group=group,
-        title=title,
-        spec=spec,
-        value=value,
-        changed=share(changed, lists),
-        changed_stable=share(changed[stable], lists[stable]),
-        changed_unstable=share(changed[~stable], lists[~stable]),
-        later=int(((base != STABLE) & (_step(other) > _step(base))).sum()),
-        earlier=int((_step(other) < _step(base)).sum()),
-        cpu=mean(1e3 * own["cpu_total"], own[ITEM_LIST]),
-        slowest=float(1e3 * own["cpu_total"].max()),
-        without_verdict=own[own["status"] != str(Status.DONE)]["status"].value_counts().to_dict(),
+def _compared(results: pd.DataFrame) -> pd.DataFrame:
+    """By method, how its labels differ from those of the reference on the cases of a run.
+
+    ``label_changed``, ``stable_changed``, ``unstable_changed``: share with another label of the
+    cases that no time limit ended, of all and of those that the reference calls so; ``earlier``,
+    ``later``: cases that fail at such a step; ``cpu``, ``slowest`` [ms].
+    """
+    said = _answers(results)
+    frame = said.melt(ignore_index=False, value_name="said").reset_index()
+    label = pd.Series(said[BASE].loc[pd.MultiIndex.from_frame(frame[KEYS])].to_numpy())
+    frame = frame.assign(
+        cluster=_lists(results).loc[pd.MultiIndex.from_frame(frame[KEYS])].to_numpy(),
+        changed=frame["said"] != label,
+        earlier=_step(frame["said"]) < _step(label),
+        later=(label != STABLE) & (_step(frame["said"]) > _step(label)),
+        is_stable=label == STABLE,
+    )
+    # Some have not been judged in a study that is not finished.
+    frame = frame[frame["said"].notna() & label.notna() & (frame["said"] != Status.TIMEOUT)]
+    own = results.assign(cpu=1e3 * results["cpu_total"], cluster=results[ITEM_LIST])
+    lost = own[own["status"] != Status.DONE].groupby("method")["status"]
+    methods = list(results["method"].unique())
+    directions = frame.groupby("method")[["earlier", "later"]].sum()
+    return pd.DataFrame(
+        {
+            "label_changed": v.share(frame, "changed", ["method"]),
+            "stable_changed": v.share(frame[frame["is_stable"]], "changed", ["method"]),
+            "unstable_changed": v.share(frame[~frame["is_stable"]], "changed", ["method"]),
+            "earlier": directions["earlier"],
+            "later": directions["later"],
+            "cpu": v.mean(own, "cpu", ["method"]),
+            "slowest": own.groupby("method")["cpu"].max(),
+            "lost": lost.agg(lambda own: own.value_counts().to_dict()),
+        },
+        index=methods,
     )
 
 
@@ -283,7 +263,7 @@ def _disputes(said: pd.DataFrame, swept: pd.DataFrame, base: pd.DataFrame) -> li
         label = said.loc[case, BASE]
         table = swept if case in swept.index else said
         moved = base.loc[case, ["displacement_cm", "rotation_deg"]]
-        tried = [v for v in VARIANTS if v.spec in table.columns]
+        tried = [one for one in VARIANTS if one.spec in table.columns]
         disputes.append(
             LabelDispute(
                 layout=layout,
@@ -292,7 +272,7 @@ def _disputes(said: pd.DataFrame, swept: pd.DataFrame, base: pd.DataFrame) -> li
                 label=label,
                 moved=None if moved.isna().any() else (float(moved.iloc[0]), float(moved.iloc[1])),
                 said={title: said.loc[case, spec] for title, spec in fine.items()},
-                changes_under=[v.title for v in tried if table.loc[case, v.spec] != label]
+                changes_under=[one.title for one in tried if table.loc[case, one.spec] != label]
                 or [f"none of {len(tried)}"],
             )
         )
