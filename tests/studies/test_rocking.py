@@ -141,12 +141,13 @@ def test_drake_is_measured_where_it_is_here(installed, monkeypatch, tmp_path):
     monkeypatch.setitem(ENGINES, "drake", entry)
     asked = []
 
-    def measured(lab, engines):
+    def measured(lab, engines, frequencies):
+        assert frequencies == (90,)
         asked.extend(engines)
         return results("mujoco", 240, [1.0] * len(TESTS))
 
     monkeypatch.setattr("steadyload.studies.closed_forms.measuring.measured", measured)
-    study = ClosedForms()
+    study = ClosedForms(limit=1)
     found = study.run(Lab(tmp_path, 0))
     assert asked == [*engines_here(), *(("drake",) if installed else ())]
     told = list(study.remarks(found))

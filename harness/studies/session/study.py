@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from steadyload.studies.kit import Lab, Study
+from steadyload.studies.kit import Lab, Study, option
 
 if TYPE_CHECKING:
     from steadyload.studies.session.showing import Found
@@ -17,13 +17,19 @@ class Session(Study["Found"]):
     about = "pack with and without rejecting what is not stable; what a placement costs"
     workers = None
 
+    limit: int | None = option(
+        None, "only N item lists of each class, and loads of 40 boxes (default: 5, and 200)",
+        least=1, metavar="N",
+    )  # fmt: skip
+
     def run(self, lab: Lab) -> Found:
         """Costs of placements, and gains of packing heuristics."""
         from steadyload.methods.registry import make_method
-        from steadyload.studies.session.packing_gains import JUDGE, packing_gains
-        from steadyload.studies.session.placing import session_curves
+        from steadyload.studies.session.packing_gains import ITEM_LISTS, JUDGE, packing_gains
+        from steadyload.studies.session.placing import ITEMS, SHOWN, session_curves
         from steadyload.studies.session.showing import Found
 
         make_method(JUDGE).prepare()  # before minutes of work
-        curves, made_with = session_curves(lab)
-        return Found(curves, packing_gains(lab), made_with)
+        lists, boxes = (ITEM_LISTS, ITEMS) if self.limit is None else (self.limit, SHOWN[0])
+        curves, made_with = session_curves(lab, count=boxes)
+        return Found(curves, packing_gains(lab, instances=lists), made_with)
