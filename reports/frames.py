@@ -238,6 +238,17 @@ COLUMNS: Mapping[str, Shown] = {
     "earlier": Shown("earlier"),
     "later": Shown("later"),
     "slowest": Shown("slowest ms", forms.significant),
+    # Limits of loads on the road
+    "limits": Shown("n"),
+    "limit_apart": Shown("less the other, g", partial(forms.decimal, digits=3)),
+    "clearly_above": Shown("> 0.02 g above %", _percent),
+    "clearly_below": Shown("> 0.02 g below %", _percent),
+    "direction_cpu": Shown("CPU ms a direction", forms.milliseconds),
+    "friction": Shown("friction", forms.general),
+    "of_loads": Shown("loads"),
+    "weakest": Shown("weakest, g", partial(forms.decimal, digits=3)),
+    "held": Shown("{} g held %", _percent),
+    "tips": Shown("tips %", _percent),
     # Samples
     "plan_right": Shown("plan %", _percent),
     "likeliest": Shown("likeliest step %", _percent),

@@ -1,6 +1,5 @@
 """The study of transport: limits are kept, distances are those of a count by hand."""
 
-import numpy as np
 import pandas as pd
 import pytest
 
@@ -132,27 +131,21 @@ def found():
 def test_distances_are_those_of_a_count_by_hand(found):
     assert found.small_loads == found.real_loads == Loads(2, 1, 2, 1, 1)
     small, leaning, real, real_leaning = found.distances.values()
-    exact, whole, engine = small
-    assert [exact.method.spec, whole.method.spec] == [EXACT, WHOLE]
-    assert (exact.difference.n, exact.loads) == (2, 1)
-    assert exact.difference.value == pytest.approx(0.02)
-    assert (exact.above.value, exact.below.value) == (0.5, 0.0)
-    assert np.isnan(whole.cpu.value)
-    assert (engine.difference.n, engine.above.value) == (1, 0.0)
-    assert [one.method.spec for one in leaning] == [WHOLE, RISING]
-    assert {one.method.spec: one.difference.n for one in real} == {
-        EXACT: 2, WHOLE: 2, RISING: 1
-    }  # fmt: skip
-    assert {one.method.spec: one.difference.n for one in real_leaning} == {
-        WHOLE: 2, RISING: 1
-    }  # fmt: skip
+    assert list(small.index) == [EXACT, WHOLE, RISING]
+    exact, engine = small.loc[EXACT], small.loc[RISING]
+    assert (exact.limit_apart.n, exact.limits, exact.loads) == (2, 2, 1)
+    assert exact.limit_apart.value == pytest.approx(0.02)
+    assert (exact.clearly_above.value, exact.clearly_below.value) == (0.5, 0.0)
+    assert pd.isna(small["direction_cpu"][WHOLE])
+    assert (engine.limit_apart.n, engine.clearly_above.value) == (1, 0.0)
+    assert list(leaning.index) == [WHOLE, RISING]
+    assert real["limits"].to_dict() == {EXACT: 2, WHOLE: 2, RISING: 1}
+    assert real_leaning["limits"].to_dict() == {WHOLE: 2, RISING: 1}
     of_exact = found.weakest
-    assert (of_exact.loads, of_exact.method.spec) == ("real size", EXACT)
+    assert (of_exact.of_loads, of_exact.title) == ("real size", "Equilibrium")
     assert of_exact.weakest.value == pytest.approx(0.30)
-    assert {level: share.value for level, share in of_exact.share.items()} == {
-        0.2: 1.0, 0.3: 1.0, 0.5: 0.0
-    }  # fmt: skip
-    assert [one.more.value for one in found.rises] == pytest.approx([-0.005, -0.02, -0.05])
+    assert [of_exact[f"held:{level}"].value for level in (0.2, 0.3, 0.5)] == [1.0, 1.0, 0.0]
+    assert [more.value for _, more in found.rises] == pytest.approx([-0.005, -0.02, -0.05])
     assert found.without[RISING] == 7
     assert [one.weakest for one in found.drawn] == pytest.approx([0.30])
 
@@ -164,8 +157,10 @@ def test_the_page_shows_what_was_found(found, assert_shown):
         found,
         answer=[
             decimal(weakest.weakest, 3),
-            *(plain_percent(one.above.value) for one in (found.by_equilibrium, found.by_thumb)),
+            *(
+                plain_percent(one.clearly_above.value)
+                for one in (found.by_equilibrium, found.by_thumb)
+            ),
         ],
-        tables=[*found.distances.values(), found.holding, found.frictions, found.engines],
         charts=["around", "differences", "weakest"],
     )

@@ -2,26 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from operator import attrgetter
+from collections.abc import Iterable, Mapping, Sequence
 from types import SimpleNamespace
-from typing import Any
 
 import pandas as pd
-from numpy.typing import NDArray
 
 from steadyload.layouts.benchmark.parts import LISTS, REAL
 from steadyload.layouts.model.layout import Layout
 from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.registry import make_method
-from steadyload.reports.columns import column, decimal, general, milliseconds, percent, row
-from steadyload.statistics.estimate import NOTHING, Estimate
+from steadyload.reports.columns import row
+from steadyload.runs import frames as v
+from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import mean, share
 from steadyload.studies.transport.limits_of_loads import (
     FRICTION,
     FRICTIONS,
     REFERENCE,
-    RISES,
     RISING,
     RUBBING,
     WHOLE,
@@ -43,70 +40,21 @@ _SHOWN = (0.1, 0.5, 0.9)
 """Quantiles of the weakest direction of the loads that are drawn."""
 
 
-_SETS = {LISTS: "small", REAL: "real size"}
-
-
-def _g(estimate: Estimate | None) -> str:
-    return decimal(estimate, 3)
-
-
-class _OfMethod:
-    """Base of rows of a method."""
-
-    __slots__ = ()
-    method: MethodKey
-
-    @property
-    def basis(self) -> str:
-        """Simulation, or which other method: dashes of lines show it."""
-        return "simulation" if self.method.engine else self.method.title
+_SETS = {"small": LISTS, "real size": REAL}
 
 
 @row
-class Distance(_OfMethod):
-    """Limits of a method beside those of another one, on the same loads and directions.
-
-    ``differences``: sorted, for the chart.
-    """
-
-    method: MethodKey = column(form=attrgetter("title"), left=True)
-    n: int = column()
-    difference: Estimate = column("less the other, g", _g, "mean of its limit less the other")
-    above: Estimate = column(f"> {CLOSE:g} g above %", percent)
-    below: Estimate = column(f"> {CLOSE:g} g below %", percent)
-    cpu: Estimate = column("CPU ms a direction", milliseconds)
-    loads: int
-    differences: Sequence[float]
-
-
-@row
-class Holding:
-    """Limits of loads in their weakest direction, by a method at a coefficient of friction."""
-
-    friction: float = column(form=general)
-    loads: str = column()
-    method: MethodKey = column(form=attrgetter("title"), left=True)
-    weakest: Estimate = column("weakest, g", _g)
-    share: Mapping[float, Estimate] = column("{} g held %", percent)
-    tips: Estimate = column("tips %", percent, "of limits with a mode, by equilibrium")
-
-
-@row
-class Rising:
-    """Effect of the time in which an acceleration rises: the limit, less that without a rise."""
-
-    method: MethodKey
-    rise: float
-    more: Estimate
-
-
-@row
-class Around(_OfMethod):
+class Around:
     """The limit of a load by a method in one direction [degrees]."""
 
     method: MethodKey
     direction: float
     limit_g: float
+
+    @property
+    def basis(self) -> str:
+        """Simulation, or which other method: dashes of lines show it."""
+        return _basis(self.method)
 
 
 @row
@@ -142,14 +90,7 @@ class Found(SimpleNamespace):
 
     small_loads: Loads
     real_loads: Loads
-    engines: Sequence[Distance]
-    holding: Sequence[Holding]
-    frictions: Sequence[Holding]
-    rises: Sequence[Rising]
     drawn: Sequence[Drawn]
-    distances: Mapping[str, Sequence[Distance]]
-    charted: list[Distance]
-    weakest: Holding
     made_with: Mapping[str, str]
 
 
@@ -185,27 +126,27 @@ def compare(found: LoadLimits, made_with: Mapping[str, str]) -> Found:
         f"{fewest} that balance as planned": real,
         f"{fewest} that lean on a neighbour": _distances(leaning_real, [WHOLE, *asked], REFERENCE),
     }
-    exactly = _holding(steady, REAL, EXACT)
+    kinds = [("small", LISTS, method, FRICTION) for method in (EXACT, REFERENCE, *engines)]
+    kinds += [("real size", REAL, method, FRICTION) for method in (EXACT, *asked)]
+    holding = _holding(steady, kinds)
     return Found(
         small_loads=small_loads,
         real_loads=real_loads,
         directions=rows["direction_deg"].nunique(),
-        distances={about: own for about, own in distances.items() if own},
-        charted=sorted(small, key=lambda one: one.method.engine is None),
-        by_equilibrium=next(one for one in real if one.method.spec == EXACT),
-        by_thumb=next(one for one in real if one.method.spec == WHOLE),
+        distances={about: own for about, own in distances.items() if len(own)},
+        charted=sorted(small.to_dict("records"), key=lambda one: one["key"].engine is None),
+        by_equilibrium=real.loc[EXACT],
+        by_thumb=real.loc[WHOLE],
         engines=_distances(steady_real, [EXACT, RUBBING, WHOLE, *others], first),
         against=_key(first).title,
-        weakest=exactly,
-        holding=[
-            *(_holding(steady, LISTS, method) for method in (EXACT, REFERENCE, *engines)),
-            exactly,
-            *(_holding(steady, REAL, method) for method in asked),
-        ],
-        frictions=[
-            _holding(steady, of, exact_at(mu), mu) for of in (LISTS, REAL) for mu in FRICTIONS
-        ],
+        weakest=holding.iloc[1 + len(engines) + 1],
+        holding=holding,
+        frictions=_holding(
+            steady,
+            [(of, of_set, exact_at(mu), mu) for of, of_set in _SETS.items() for mu in FRICTIONS],
+        ),
         rises=_rises(rows[rows["of"] == LISTS]),
+        rising=_key(RISING).title,
         without={_named(spec): n for spec, n in without.items()},
         drawn=_drawn(found.loads[REAL], steady_real, [*asked, EXACT, WHOLE]),
         made_with=made_with,
@@ -240,69 +181,71 @@ def _named(spec: str) -> str:
     return _SIDES[spec].lower() if spec in _SIDES else spec
 
 
+def _basis(key: MethodKey) -> str:
+    return "simulation" if key.engine else key.title
+
+
 _PLACE = ["of", "load", "item_list", "direction_deg"]
 
 
-def _wide(rows: pd.DataFrame, value: str, by: str) -> pd.DataFrame:
-    return rows.pivot_table(value, _PLACE, by, aggfunc="first", dropna=False)
+def _apart(rows: pd.DataFrame, others: pd.DataFrame) -> pd.DataFrame:
+    """Rows with ``apart``: the limit less that of another row of the same place, where both have
+    one. Sorted by place.
+    """
+    limits = others.set_index(_PLACE)["limit_g"]
+    less = limits.reindex(pd.MultiIndex.from_frame(rows[_PLACE])).to_numpy()
+    found = rows.assign(apart=rows["limit_g"] - less, cluster=rows["item_list"])
+    return found.dropna(subset="apart").sort_values(_PLACE, kind="stable")
 
 
-def _item_lists(rows: pd.DataFrame | pd.Series) -> NDArray[Any]:
-    return rows.index.get_level_values("item_list").to_numpy()
-
-
-def _apart(limits: pd.DataFrame, one: Any, other: Any) -> pd.Series:
-    """Limits of one column less those of another, where both have one."""
-    both = limits[[one, other]].dropna()
-    return both[one] - both[other]
-
-
-def _distances(rows: pd.DataFrame, methods: Sequence[str], other: str) -> list[Distance]:
-    """Distances of methods from another one, where both have a limit."""
-    if other not in set(rows["method"]):
-        return []
+def _distances(rows: pd.DataFrame, methods: Sequence[str], other: str) -> pd.DataFrame:
+    """By method, distances from another one, on the same loads and directions."""
     still = rows[rows["rise"] == 0.0]
-    limits, times = _wide(still, "limit_g", "method"), _wide(still, "cpu_ms", "method")
-    found = []
-    for method in filter(limits.__contains__, methods):
-        apart = _apart(limits, method, other)
-        lists = _item_lists(apart)
-        found.append(
-            Distance(
-                method=_key(method),
-                n=len(apart),
-                difference=mean(apart, lists),
-                above=share(apart > CLOSE, lists),
-                below=share(apart < -CLOSE, lists),
-                cpu=NOTHING if method == WHOLE else mean(times.loc[apart.index, method], lists),
-                loads=len(apart.index.droplevel(["item_list", "direction_deg"]).unique()),
-                differences=sorted(apart.tolist()),
-            )
-        )
-    return found
-
-
-def _holding(rows: pd.DataFrame, of: str, method: str, friction: float = FRICTION) -> Holding:
-    own = rows[(rows["of"] == of) & (rows["method"] == method) & (rows["rise"] == 0.0)]
-    weakest = own.groupby(["load", "item_list"])["limit_g"].agg(lambda v: v.min(skipna=False))
-    weakest = weakest.dropna()
-    lists = _item_lists(weakest)
-    moving = own[own["mode"].isin([Mode.SLIDES, Mode.TIPS])]
-    tips = share(moving["mode"] == Mode.TIPS, moving["item_list"])
-    return Holding(
-        friction=friction,
-        loads=_SETS[of],
-        method=_key(method),
-        weakest=mean(weakest, lists),
-        share={level: share(weakest >= level - RESOLUTION, lists) for level in LEVELS},
-        tips=NOTHING if "@" in method else tips,
+    frame = _apart(still, still[still["method"] == other])
+    frame = frame.assign(above=frame["apart"] > CLOSE, below=frame["apart"] < -CLOSE)
+    own = [method for method in methods if method in set(frame["method"])]
+    groups = frame.groupby("method")
+    keys = [_key(method) for method in own]
+    return pd.DataFrame(
+        {
+            "key": keys,
+            "title": [key.title for key in keys],
+            "basis": [_basis(key) for key in keys],
+            "limits": groups.size(),
+            "limit_apart": v.mean(frame, "apart", ["method"]),
+            "clearly_above": v.share(frame, "above", ["method"]),
+            "clearly_below": v.share(frame, "below", ["method"]),
+            "direction_cpu": v.mean(frame[frame["method"] != WHOLE], "cpu_ms", ["method"]),
+            "loads": groups["load"].nunique(),
+            "differences": groups["apart"].agg(sorted),
+        },
+        index=own,
     )
 
 
-def _rises(rows: pd.DataFrame) -> list[Rising]:
-    limits = _wide(rows[rows["method"] == RISING], "limit_g", "rise")
-    apart = {rise: _apart(limits, rise, 0.0) for rise in RISES if rise and rise in limits}
-    return [Rising(_key(RISING), rise, mean(own, _item_lists(own))) for rise, own in apart.items()]
+def _holding(rows: pd.DataFrame, kinds: Iterable[tuple[str, str, str, float]]) -> pd.DataFrame:
+    """Limits of loads in their weakest direction, by kind: name of the loads, their set, method and
+    friction.
+    """
+    found = []
+    for loads, of, method, friction in kinds:
+        own = rows[(rows["of"] == of) & (rows["method"] == method) & (rows["rise"] == 0.0)]
+        weakest = own.groupby(["load", "item_list"])["limit_g"].agg(lambda g: g.min(skipna=False))
+        weakest = weakest.dropna()
+        lists = weakest.index.get_level_values("item_list")
+        moving = own[own["mode"].isin([Mode.SLIDES, Mode.TIPS])]
+        held = {f"held:{level}": share(weakest >= level - RESOLUTION, lists) for level in LEVELS}
+        tips = None if "@" in method else share(moving["mode"] == Mode.TIPS, moving["item_list"])
+        about = {"friction": friction, "of_loads": loads, "title": _key(method).title}
+        found.append({**about, "weakest": mean(weakest, lists), **held, "tips": tips})
+    return pd.DataFrame(found)
+
+
+def _rises(rows: pd.DataFrame) -> list[tuple[float, Estimate]]:
+    """By rise time, the limit of :data:`RISING` less that without a rise."""
+    own = rows[rows["method"] == RISING]
+    rising = _apart(own[own["rise"] > 0.0], own[own["rise"] == 0.0])
+    return list(v.mean(rising, "apart", ["rise"]).sort_index().items())
 
 
 def _drawn(loads: Sequence[Load], rows: pd.DataFrame, methods: Sequence[str]) -> list[Drawn]:

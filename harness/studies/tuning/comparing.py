@@ -151,7 +151,7 @@ def compare(lab: Lab, searches: Iterable[Search], limit: int | None = None) -> F
 
 
 class _Judged(NamedTuple):
-    """What methods say on some cases: verdicts, rows by spec, and differences by pair of specs."""
+    """Verdicts of methods on some cases, rows by spec, and differences by pair of specs."""
 
     frame: pd.DataFrame
     rows: pd.DataFrame
