@@ -11,6 +11,7 @@ import pandas as pd
 from steadyload.errors import nearest
 from steadyload.reports import table as forms
 from steadyload.reports.columns import TableError
+from steadyload.reports.frame_points import is_missing
 from steadyload.reports.table import MISSING, Column, Table
 from steadyload.statistics.estimate import NOTHING, Estimate
 
@@ -346,7 +347,7 @@ def table(
         said = COLUMNS[key]
         for column in own:
             title = "n" if counted else said.title.format(str(column).partition(":")[2])
-            known = [None if _missing(one) else one for one in frame[column]]
+            known = [None if is_missing(one) else one for one in frame[column]]
             first = next((one for one in known if one is not None), None)
             is_text = isinstance(first, str) and not alike
             left = (is_text if said.left is None else said.left) and not counted
@@ -361,12 +362,6 @@ def table(
 
 def _count(found: Any) -> str:
     return str(found.n)
-
-
-def _missing(value: Any) -> bool:
-    if isinstance(value, Estimate | Mapping):
-        return False
-    return value is None or bool(pd.isna(value))
 
 
 def across(
@@ -389,47 +384,10 @@ def across(
     return wide.rename(columns=lambda key: f"{name}:{key}{numbers.get(key, '')}")
 
 
-def cells(
-    found: pd.Series, lines: Mapping[Any, str], places: Mapping[Any, str]
-) -> list[dict[str, Any]]:
-    """Estimates by two things as the cells of a chart of kind ``heat``.
-
-    Args:
-        found: by two levels.
-        lines: what stands beside the chart, by value of the first level: the order of its rows.
-        places: what stands below it, by value of the second level.
-    """
-    return [
-        {
-            "line": line,
-            "place": place,
-            "value": NOTHING if _missing(one := found.get((row, column))) else one,
-        }
-        for row, line in lines.items()
-        for column, place in places.items()
-    ]
-
-
-def points(found: pd.DataFrame, x: Mapping[Any, Any], values: pd.Series) -> list[dict[str, Any]]:
-    """Values by method and something else as the points of a chart of kind ``curves``.
-
-    Args:
-        found: a row a method, with ``key`` and ``title``.
-        x: place on the axis, by value of the second level.
-        values: by method and that; missing where there is no point.
-    """
-    return [
-        {"key": row.key, "title": row.title, "x": place, "value": values[row.Index, at]}
-        for row in found.itertuples()
-        for at, place in dict(x).items()
-        if (row.Index, at) in values.index and not _missing(values[row.Index, at])
-    ]
-
-
 def records(frame: pd.DataFrame, rows: Iterable[Any] | None = None) -> list[dict[str, Any]]:
     """Rows of a frame as charts read them, all or some; a missing estimate is none of no case."""
     own = frame if rows is None else frame.loc[list(rows)]
     return [
-        {str(k): NOTHING if k in _ESTIMATES and _missing(v) else v for k, v in row.items()}
+        {str(k): NOTHING if k in _ESTIMATES and is_missing(v) else v for k, v in row.items()}
         for row in own.to_dict("records")
     ]

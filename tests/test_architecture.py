@@ -176,6 +176,7 @@ def faults(root):
                 yield f"{name} imports {target}"
             shown = floor(target) == "reports" and target not in {
                 "reports.columns",
+                "reports.frame_points",
                 "reports.frames",
             }
             if floor(name) != "cli" and floor(name) != "reports" and shown and not shows(name):

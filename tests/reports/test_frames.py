@@ -5,7 +5,7 @@ import math
 import pandas as pd
 import pytest
 
-from steadyload.reports import frames
+from steadyload.reports import frame_points, frames
 from steadyload.reports.columns import TableError
 from steadyload.statistics.estimate import NOTHING, Estimate
 
@@ -91,7 +91,7 @@ def test_values_by_two_things_are_laid_across():
     assert list(wide) == ["scenario_right:S1 (n 4)", "scenario_right:S2a (n 5)"]
     assert wide.loc["b", "scenario_right:S2a (n 5)"] == half(3)
     assert pd.isna(wide.loc["b", "scenario_right:S1 (n 4)"])
-    cells = frames.cells(found, {"b": "B", "a": "A"}, {"S1": "one", "S2a": "two"})
+    cells = frame_points.cells(found, {"b": "B", "a": "A"}, {"S1": "one", "S2a": "two"})
     assert [(c["line"], c["place"], c["value"].n) for c in cells] == [
         ("B", "one", 0), ("B", "two", 3), ("A", "one", 1), ("A", "two", 2),
     ]  # fmt: skip
@@ -101,7 +101,7 @@ def test_points_of_curves_are_those_that_have_a_value():
     index = pd.MultiIndex.from_tuples([("a", "x"), ("a", "y"), ("b", "x")])
     values = pd.Series([half(1), half(2), None], index, dtype=object)
     rows = pd.DataFrame({"key": ["A", "B"], "title": ["Aa", "Bb"]}, ["a", "b"])
-    points = frames.points(rows, {"x": 1.0, "y": 2.0}, values)
+    points = frame_points.points(rows, {"x": 1.0, "y": 2.0}, values)
     assert points == [
         {"key": "A", "title": "Aa", "x": 1.0, "value": half(1)},
         {"key": "A", "title": "Aa", "x": 2.0, "value": half(2)},

@@ -31,7 +31,7 @@ from steadyload.methods.contract.declared import Trait
 from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.registry import make_method
 from steadyload.methods.simulation.scene import planar_scene
-from steadyload.reports import frames
+from steadyload.reports import frame_points, frames
 from steadyload.runs import frames as v
 from steadyload.runs.answers import Answers, answers_of, judged_layouts, listed_cases
 from steadyload.runs.costs import timed_costs
@@ -304,7 +304,7 @@ def _agreement(judged: JudgedCases, few: Sequence[str]) -> list[Values]:
         for one, other in permutations(few, 2)
     }
     titles = {spec: judged.keys[spec].title for spec in few}
-    return frames.cells(pd.Series(found, dtype=object), titles, titles)
+    return frame_points.cells(pd.Series(found, dtype=object), titles, titles)
 
 
 def _answers(judged: JudgedCases, ran: Ran) -> Answers | None:

@@ -11,7 +11,7 @@ import pandas as pd
 
 from steadyload.layouts.benchmark.dataset import KEYS
 from steadyload.methods.naming import MethodKey
-from steadyload.reports import columns, frames
+from steadyload.reports import columns, frame_points, frames
 from steadyload.runs import frames as v
 from steadyload.runs.evaluation import ALL
 from steadyload.runs.paper import Paper
@@ -202,7 +202,7 @@ def error_costs(rows: pd.DataFrame) -> Values:
     return {
         "cheapest": least.join(rows[["title", "over", "under_or_none"]]),
         "error_costs": told[["title", "right"]].join(frames.across(named, "ratio", "cost_at")),
-        "error_curve": frames.points(
+        "error_curve": frame_points.points(
             rows[rows.index.isin(least.index)], {ratio: ratio for ratio in RATIOS}, positive
         ),
     }

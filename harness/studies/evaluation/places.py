@@ -10,7 +10,7 @@ import pandas as pd
 
 from steadyload.layouts.benchmark.dataset import KEYS
 from steadyload.layouts.model.question import Question
-from steadyload.reports import columns, frames
+from steadyload.reports import columns, frame_points, frames
 from steadyload.runs import frames as v
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import share
@@ -67,7 +67,7 @@ def by_boxes(frame: pd.DataFrame, rows: pd.DataFrame, lines: Sequence[str]) -> V
         "by_boxes": rows[["title"]].join(
             frames.across(right, "boxes", "boxes_right", bins["cases"])
         ),
-        "size_curve": frames.points(rows.loc[list(lines)], bins["middle"], right),
+        "size_curve": frame_points.points(rows.loc[list(lines)], bins["middle"], right),
     }
 
 
@@ -114,7 +114,7 @@ def costs_by_boxes(
             for name in bins.index
             if name in costs.index.get_level_values("boxes")
         },
-        "cost_curve": frames.points(
+        "cost_curve": frame_points.points(
             titled.loc[list(lines)], bins["middle"], costs["median"].swaplevel()
         ),
     }
@@ -253,7 +253,7 @@ def margins(
         shares = v.share(came.assign(wrong=wrong), "wrong", ["method", "place"])
         count = counts.get(fails, pd.Series(dtype=int))
         places = {place: f"{_bin(place)} (n {n})" for place, n in count.items()}
-        found[name] = frames.cells(shares, dict(rows.loc[list(few), "title"]), places)
+        found[name] = frame_points.cells(shares, dict(rows.loc[list(few), "title"]), places)
         if not fails:
             below = [place for place in count.index if MARGINS[place + 1] <= 0.0]
             chosen = shares[shares.index.isin(below, level="place")]

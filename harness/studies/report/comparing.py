@@ -15,7 +15,7 @@ import pandas as pd
 from steadyload.engines.world import SETTINGS
 from steadyload.methods.naming import MethodKey
 from steadyload.methods.simulation.simulation_parameters import COMMON, tuning
-from steadyload.reports import frames
+from steadyload.reports import frame_points, frames
 from steadyload.reports.columns import names, significant
 from steadyload.runs import frames as v
 from steadyload.runs.answers import answers_of, judged_layouts, listed_cases
@@ -87,7 +87,7 @@ def compare(directory: str | Path) -> Found:
         labelled=None if judged.labels is None else labelled_part(judged),
         **({} if judged.labels is None else _leading(frame, rows)),
         agree=_agree(agree, titles),
-        cells=frames.cells(agree, titles, titles),
+        cells=frame_points.cells(agree, titles, titles),
         answer_chart=answer_chart(titles, answers_of(judged, layouts)),
         tunings=list(_same_tunings(judged, rows, uses, agree)),
         uses=uses.assign(settings=uses["settings"].map(_listed)),
