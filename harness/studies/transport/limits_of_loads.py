@@ -164,7 +164,8 @@ def engines_on_the_front(boxes: int) -> tuple[str, ...]:
 
 
 def limits_of_loads(lab: Lab, limit: int | None = None) -> LoadLimits:
-    """Find the missing limits of loads, of at most ``limit`` of each set, and return all.
+    """Find the missing limits of loads, and return all; with ``limit`` of so many loads of each
+    set, of real size those of fewest boxes.
 
     Raises:
         FrontError: no engine is to be recommended here.
@@ -174,9 +175,11 @@ def limits_of_loads(lab: Lab, limit: int | None = None) -> LoadLimits:
         LISTS: fixed_step_engines(),
         REAL: fixed_step_engines(engines_on_the_front(MOST_SMALL)),
     }
+    real = standing_loads(REAL, LOADS, MOST_SMALL)
+    fewest = sorted(real, key=lambda load: len(load.layout))[: min(REFERENCED, limit or REFERENCED)]
     found = {
         LISTS: standing_loads(LISTS, min(SMALL, limit or SMALL)),
-        REAL: standing_loads(REAL, min(LOADS, limit or LOADS), MOST_SMALL),
+        REAL: real if limit is None else fewest,
     }
     statics = list(dict.fromkeys([EXACT, RUBBING, *map(exact_at, FRICTIONS)]))
     asked_of = [
@@ -185,7 +188,6 @@ def limits_of_loads(lab: Lab, limit: int | None = None) -> LoadLimits:
         for method in (*statics, *(f"label@{name}" for name in here[of]))
         for load in own
     ]
-    fewest = sorted(found[REAL], key=lambda load: len(load.layout))[:REFERENCED]
     asked_of += [(load, REFERENCE, 0.0) for load in (*found[LISTS], *fewest)]
     asked_of += [(load, RISING, rise) for rise in RISES if rise for load in found[LISTS]]
     made = {method: made_by(make_method(method)) for _, method, _ in asked_of}
