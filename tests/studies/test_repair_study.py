@@ -21,7 +21,7 @@ from steadyload.reports.table import percent, plain_percent
 from steadyload.runs.kept_only import kept_only
 from steadyload.studies.kit import Lab
 from steadyload.studies.repair import confirming, plans
-from steadyload.studies.repair.counting import ALL, COLUMNS, as_csv, summarise
+from steadyload.studies.repair.counting import as_csv, summarise
 from steadyload.studies.repair.one_pass import one_pass
 from steadyload.studies.repair.packing_again import packed_again
 from steadyload.studies.repair.plans import Plan, controls, plans_by_label, try_all
@@ -290,9 +290,10 @@ def test_the_reference_goes_on_where_it_was_and_what_is_missing_is_counted(
             again = try_all(lab, real, limit=2)
         assert [one.changed for one in again.tried] == [one.changed for one in tried.tried]
         found = summarise(real, again)
-        rows = {row.judge: row for row in found.independent}
+        rows = found.independent.set_index("judge").loc
         stiff, soft = rows[confirming.STIFF], rows[confirming.SOFT]
-        return found.unfinished, stiff.plans, stiff.control_plans, soft.plans, stiff.stands
+        cases = stiff["cases:repaired"], stiff["cases:control"], soft["cases:repaired"]
+        return found.unfinished, *cases, stiff["stands:repaired"]
 
     told = SimpleNamespace(left=1)
     monkeypatch.setattr(confirming.CloseSteps, "measure", limited)
@@ -327,28 +328,19 @@ def test_without_the_packer_the_other_ways_remain(lab, real, monkeypatch, assert
 
     monkeypatch.setattr("steadyload.studies.repair.ways.packer_versions", missing)
     found = summarise(real, try_all(lab, real, limit=2))
-    assert {row.way for row in found.all} == {*Way} - {Way.AGAIN}
-    text = assert_shown(
-        RepairStudy(), found, tables=tables(found), charts=["left_out", "moved"], drawn=False
-    )
+    assert {*found.all["way"]} == {*Way} - {Way.AGAIN}
+    text = assert_shown(RepairStudy(), found, charts=["left_out", "moved"], drawn=False)
     assert "packing needs its package" in text
-
-
-def tables(found):
-    return [found.all, found.by_packer, found.shares, found.costs, found.independent, found.firm]
 
 
 def test_the_page_shows_what_was_found(real, tried, tmp_path, assert_shown):
     found = summarise(real, tried)
     leave = found.leave
     answer = [percent(leave.stands), plain_percent(found.keep.stands.value)]
-    assert_shown(
-        RepairStudy(), found, answer=answer, tables=tables(found), charts=["left_out", "moved"]
-    )
+    assert_shown(RepairStudy(), found, answer=answer, charts=["left_out", "moved"])
     study = RepairStudy()
     study.beside(found, tmp_path)
     lines = list(csv.DictReader(io.StringIO((tmp_path / FILE).read_text())))
-    assert tuple(lines[0]) == COLUMNS
     assert len(lines) == len(tried.tried)
     for line, one in zip(lines, tried.tried, strict=True):
         assert (line["plan"], line["way"]) == (one.plan.layout.name, one.way)
@@ -360,10 +352,10 @@ def test_a_set_of_which_nothing_is_repaired_has_a_page(real, tried, assert_shown
     nothing = {"outcome": "not repaired", "boxes": [], "moved": None, "left_out": 0}
     failed = [replace(one, changed=replace(one.changed, **nothing)) for one in tried.tried]
     found = summarise(real, replace(tried, tried=failed, answers=[]))
-    assert (found.firm, found.unfinished) == ([], 0)
+    assert (len(found.firm), found.unfinished) == (0, 0)
     assert_shown(
-        RepairStudy(), found, answer=[percent(found.leave.stands)], tables=tables(found),
-        charts=["left_out", "moved"], drawn=False,
+        RepairStudy(), found, answer=[percent(found.leave.stands)], charts=["left_out", "moved"],
+        drawn=False,
     )  # fmt: skip
 
 
@@ -379,9 +371,7 @@ def test_plans_that_stand_against_their_label_are_counted_on_the_page(real, trie
             for one in tried.tried
         ]  # fmt: skip
         found = summarise(real, replace(tried, tried=rows))
-        text = assert_shown(
-            RepairStudy(), found, tables=tables(found), charts=["left_out", "moved"], drawn=False
-        )
+        text = assert_shown(RepairStudy(), found, charts=["left_out", "moved"], drawn=False)
         left, kept = found.leave, found.keep
         assert left.failed == len({one.plan.layout.name for one in tried.tried}) - count
         assert left.repaired == sum(o.changed.stands for o in rows if o.way is Way.LEAVE)
@@ -415,25 +405,27 @@ def test_amounts_are_of_plans_that_stand_and_shares_of_all(real, assert_shown):
     ]
     found = summarise(real, plans.AllTried(9, [*own, *others], [], "", {}))
     assert_shown(
-        RepairStudy(), found, answer=[percent(found.leave.stands)], tables=tables(found),
-        charts=["left_out", "moved"], drawn=False,
+        RepairStudy(), found, answer=[percent(found.leave.stands)], charts=["left_out", "moved"],
+        drawn=False,
     )  # fmt: skip
     row = found.leave
-    assert (row.packer, row.plans, row.timeouts, row.unchanged) == (ALL, 5, 1, 0)
-    assert (row.stands.value, row.whole.value) == (0.8, 0.6)
+    assert (row.stands.n, row.timeouts, row.unchanged) == (5, 1, 0)
+    assert (row.stands.value, row.none_out.value) == (0.8, 0.6)
     assert row.boxes_out.value == pytest.approx(2 / 40)
     assert row.volume_out.value == pytest.approx(2 / 40)
     assert (row.moved_median, row.moved.value) == (1.5, 1.5)
-    assert row.distance_cm.value == pytest.approx(80 / 6)
+    assert row.moved_by.value == pytest.approx(80 / 6)
     assert row.retimed.value == pytest.approx(0.75)
-    packers = {each.packer: each for each in found.by_packer if each.way is Way.LEAVE}
-    assert {name: each.plans for name, each in packers.items()} == {"Packvium": 1, "py3dbp": 4}
-    assert (packers["py3dbp"].stands.value, packers["Packvium"].stands.value) == (1.0, 0.0)
-    [cost] = [c for c in found.costs if (c.boxes_of, c.way) == (ALL, Way.LEAVE)]
-    assert (cost.plans, cost.median_s, cost.worst_s) == (5, 1.0, 9.0)
-    until = next(each for each in found.until if each.way is Way.LEAVE)
-    assert (until.out, until.plans) == ([0.0, 0.0, 0.0, 20.0], 5)
-    assert until.moved == pytest.approx([0.0, 10.0, 100 / 6, 30.0])
+    packers = found.by_packer[found.by_packer["way"] == Way.LEAVE].set_index("packer")["stands"]
+    assert packers.map(lambda own: (own.value, own.n)).to_dict() == {
+        "Packvium": (0.0, 1), "py3dbp": (1.0, 4),
+    }  # fmt: skip
+    cost = found.costs.iloc[0]
+    assert (cost.boxes, cost.way, cost.cases) == ("all", Way.LEAVE, 5)
+    assert (cost["median"], cost.worst) == (1.0, 9.0)
+    until = found.until[0]
+    assert (until["way"], until["out"], until["plans"]) == (Way.LEAVE, [0.0, 0.0, 0.0, 20.0], 5)
+    assert until["moved"] == pytest.approx([0.0, 10.0, 100 / 6, 30.0])
     assert as_csv(own).count("\n") == 1 + len(own)
 
 
@@ -461,18 +453,18 @@ def test_no_answer_is_no_yes_and_falls_by_soft_contacts_are_of_plans_that_stood(
     one = changed_plan(("py3dbp",), 10, instance="i")
     tried = [replace(one, way=way) for way in Way]
     found = summarise(real, plans.AllTried(1, tried, answers, "", {}))
-    rows = {row.judge: row for row in found.independent}
+    rows = found.independent.set_index("judge").loc
     dart, stiff, soft = (rows[name] for name in ("DART", confirming.STIFF, confirming.SOFT))
-    assert (dart.plans, dart.unknown, dart.stands.value) == (5, 1, 0.6)
-    assert (stiff.plans, stiff.unknown, stiff.stands.value) == (5, 0, 0.8)
-    assert (soft.plans, soft.unknown, soft.stands.value) == (4, 1, 0.25)
-    assert (soft.control_plans, soft.control_stands.value) == (1, 1.0)
+    for judge, *expected in ((dart, 5, 1, 0.6), (stiff, 5, 0, 0.8), (soft, 4, 1, 0.25)):
+        counted = [judge[f"{name}:repaired"] for name in ("cases", "unknown")]
+        assert [*counted, judge["stands:repaired"].value] == expected
+    assert (soft["cases:control"], soft["stands:control"].value) == (1, 1.0)
     assert found.unfinished == 1
     assert (found.soft.value, found.soft.n) == (pytest.approx(2 / 3), 3)
     assert (found.soft_controls.value, found.soft_controls.n) == (0.0, 1)
-    repaired, control = found.firm
-    assert (repaired.plans, repaired.as_planned, repaired.margin_cm) == (5, 3, 3.0)
+    repaired, control = found.firm.itertuples()
+    assert (repaired.cases, repaired.as_planned, repaired.margin_median) == (5, 3, 3.0)
     assert repaired.close.value == pytest.approx(1 / 3)
     assert repaired.firm.value == pytest.approx(2 / 3)
-    assert repaired.chance.value == pytest.approx((0.94 + 1 + 0.95) / 3)
-    assert (control.plans, control.firm.value) == (1, 1.0)
+    assert repaired.p_stands.value == pytest.approx((0.94 + 1 + 0.95) / 3)
+    assert (control.cases, control.firm.value) == (1, 1.0)

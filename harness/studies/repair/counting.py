@@ -2,27 +2,19 @@
 
 from __future__ import annotations
 
-import csv
-import io
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from types import SimpleNamespace
 
-import numpy as np
+import pandas as pd
 
 from steadyload.layouts.benchmark.dataset import Benchmark
 from steadyload.layouts.sizes import FEWER, SIZES, binned
-from steadyload.reports.columns import (
-    column,
-    general,
-    one_decimal,
-    percent,
-    row,
-    significant,
-)
+from steadyload.runs import frames as v
 from steadyload.runs.labels import made_with
 from steadyload.statics.load_margin import CLOSE_CALL
-from steadyload.statistics.estimate import NOTHING, Estimate
-from steadyload.statistics.metrics import mean, ratio, share
+from steadyload.statistics.estimate import Estimate
+from steadyload.statistics.metrics import share
 from steadyload.studies.packed_plans import PACKER_TITLES
 from steadyload.studies.repair.confirming import ENGINES, REFERENCES, SECONDS, SOFT, STIFF
 from steadyload.studies.repair.plans import SEARCH_SECONDS, AllTried, Answers, Tried
@@ -38,294 +30,189 @@ FIRM = 0.95
 """A plan with at least this chance to stand stands firmly."""
 
 
-@row
-class Shares:
-    """Plans of a packer, changed in a way; amounts are of those that stand then.
-
-    Amounts that are not known of a way are None.
-    """
-
-    packer: str = column()
-    way: Way = column(left=True)
-    plans: int = column("n")
-    stands: Estimate = column("stand %", percent, "of all, by the judge")
-    whole: Estimate = column("stand, none left out %", percent, "of all")
-    boxes_out: Estimate = column("boxes left out %", percent)
-    volume_out: Estimate = column("volume left out %", percent)
-    moved_median: float | None = column("boxes moved, median", general)
-    moved: Estimate | None = column("boxes moved, mean", one_decimal)
-    distance_cm: Estimate | None = column("moved by cm", one_decimal, "a moved box, on average")
-    retimed: Estimate | None = column("loaded at another time", one_decimal, "boxes, mean")
-    unchanged: int = column("stood before", about="by the judge, against the label")
-    timeouts: int = column("out of time", about="searches that the time limit ended")
-
-    @property
-    def failed(self) -> int:
-        """Plans that the judge sees fail."""
-        return self.plans - self.unchanged
-
-    @property
-    def repaired(self) -> int:
-        """Of these the plans that stand then."""
-        return round(self.stands.value * self.plans)
-
-
-@row
-class Cost:
-    """CPU time of a way on plans of a size."""
-
-    boxes_of: str = column("boxes", left=False)
-    way: Way = column(left=True)
-    plans: int = column("n")
-    median_s: float = column("CPU s, median", significant)
-    most_s: float = column("90 % at most s", significant)
-    worst_s: float = column("worst s", significant)
-
-
-@row
-class Independent:
-    """Plans that were repaired, boxes left out where that helps, and controls, by a judge that took
-    no part; no answer is no yes.
-    """
-
-    judge: str = column()
-    plans: int = column("repaired n")
-    stands: Estimate = column("stand %", percent)
-    unknown: int = column("no answer")
-    control_plans: int = column("controls n")
-    control_stands: Estimate = column("stand %", percent)
-    control_unknown: int = column("no answer")
-
-
-@row
-class Firm:
-    """Margins of plans, and chances to stand where each centre of mass is off by 5 mm (s.d.)."""
-
-    which: str = column("plans")
-    plans: int = column("n")
-    as_planned: int = column("balance as planned", about="n; what follows is of these")
-    margin_cm: float | None = column("margin cm, median", significant)
-    close: Estimate = column("below 1 cm %", percent)
-    chance: Estimate = column("chance to stand %", percent, "on average")
-    firm: Estimate = column("chance 95 % or more %", percent)
-
-
-@row
-class Until:
-    """Shares [%] by which plans are changed until they stand, ascending, of all plans of a way."""
-
-    way: Way
-    out: Sequence[float]
-    moved: Sequence[float]
-    plans: int
-
-
 class Found(SimpleNamespace):
     """All that the page shows."""
 
-    shares: Sequence[Shares]
-    costs: Sequence[Cost]
-    independent: Sequence[Independent]
-    firm: Sequence[Firm]
-    until: Sequence[Until]
     tried: Sequence[Tried]
-    leave: Shares
-    keep: Shares
-    by_reference: Independent | None
-    all: Sequence[Shares]
-    by_packer: Sequence[Shares]
-    moving: Sequence[Until]
     made_with: Mapping[str, str]
 
 
 def summarise(benchmark: Benchmark, found: AllTried) -> Found:
     """Shares and amounts by way and packer; every interval resamples published instances."""
-    tried, answers = found.tried, found.answers
-    groups = [[one for one in answers if one.repaired is repaired] for repaired in (True, False)]
-    sizes = [len(one.plan.layout) for one in tried]
-    shares = [_shares(*each) for each in _groups(tried)]
-    together = {each.way: each for each in shares if each.packer == ALL}
-    until = [_until(way, own) for packer, way, own in _groups(tried) if packer == ALL]
-    most_out = max((share for each in until for share in each.out), default=0.0)
-    independent = [_independent(title, *groups) for title in (*ENGINES, *REFERENCES)]
+    tried, answers = _frame(found.tried), found.answers
+    shares = _shares(tried)
+    together, independent = shares.loc[ALL], _independent(answers)
+    until = [
+        {
+            "way": way,
+            "out": sorted(own["out"][own["stands"]]),
+            "moved": sorted(100.0 * (own["moved"] / own["boxes"])[own["stands"]]),
+            "plans": len(own),
+        }
+        for way, own in tried.groupby("way", sort=False)
+    ]
+    most_out = max(tried["out"][tried["stands"]], default=0.0)
     return Found(
-        plans=len({one.plan.layout.name for one in tried}),
+        plans=tried["plan"].nunique(),
         labelled=found.labelled,
-        instances=len({one.plan.instance for one in tried}),
-        fewest=min(sizes),
-        most=max(sizes),
-        judges=list(dict.fromkeys(one.changed.judge for one in tried)),
-        all=list(together.values()),
-        by_packer=[each for each in shares if each.packer != ALL],
-        shares=shares,
-        leave=together[Way.LEAVE],
-        keep=together[Way.KEEP],
-        costs=list(_costs(tried, sizes)),
-        independent=independent,
-        by_reference=next((one for one in independent if one.judge == STIFF and one.plans), None),
-        firm=[_firm(which, own) for which, own in zip(GROUPS, groups, strict=True) if own],
-        soft=_soft(groups[0]),
-        soft_controls=_soft(groups[1]),
+        instances=tried["cluster"].nunique(),
+        fewest=tried["boxes"].min(),
+        most=tried["boxes"].max(),
+        judges=list(tried["judge"].unique()),
+        all=together.reset_index(),
+        by_packer=shares.drop(ALL).reset_index(),
+        shares=shares.reset_index(),
+        leave=together.loc[Way.LEAVE],
+        keep=together.loc[Way.KEEP],
+        costs=_costs(tried),
+        independent=independent.reset_index(),
+        by_reference=independent.loc[STIFF],
+        firm=_firm(answers),
+        soft=_soft([one for one in answers if one.repaired]),
+        soft_controls=_soft([one for one in answers if not one.repaired]),
         unfinished=sum(len(one.references) < len(REFERENCES) for one in answers),
         until=until,
-        moving=[each for each in until if each.way is not Way.AGAIN],
+        moving=[each for each in until if each["way"] != Way.AGAIN],
         most_out=(0.0, 10.0 * (1 + most_out // 10)),
         not_installed=found.not_installed,
         search_s=SEARCH_SECONDS,
         seconds=SECONDS,
         made_with={**made_with(benchmark), **found.made_with},
-        tried=tried,
+        tried=found.tried,
     )
 
 
-def _standing(tried: Sequence[Tried]) -> list[Tried]:
-    return [one for one in tried if one.changed.stands]
-
-
-def _groups(tried: Sequence[Tried]) -> Iterator[tuple[str, Way, list[Tried]]]:
-    """By packer, all first, and way; empty groups are left out."""
-    for packer in (ALL, *PACKER_TITLES.values()):
-        for way in Way:
-            own = [
-                one
-                for one in tried
-                if one.way is way and (packer == ALL or packer in one.plan.packers)
-            ]
-            if own:
-                yield packer, way, own
-
-
-def _lists(tried: Sequence[Tried]) -> list[str]:
-    return [one.plan.instance for one in tried]
-
-
-def _shares(packer: str, way: Way, own: list[Tried]) -> Shares:
-    lists, standing = _lists(own), _standing(own)
-    of_standing = _lists(standing)
-    changed = [one.changed for one in standing]
-    boxes = [len(one.plan.layout) for one in standing]
-    volumes = [float(one.plan.layout.sizes.prod(axis=1).sum()) for one in standing]
-    moved = [one.moved for one in changed if one.moved is not None]
-    known = len(moved) == len(changed) and bool(changed)
-    far = [one.distance_cm or 0.0 for one in changed]
-    out = [one.volume_left_out * volume for one, volume in zip(changed, volumes, strict=True)]
-    return Shares(
-        packer=packer,
-        way=way,
-        plans=len(own),
-        stands=share([one.changed.stands for one in own], lists),
-        whole=share([one.changed.stands and not one.changed.left_out for one in own], lists),
-        boxes_out=ratio([one.left_out for one in changed], boxes, of_standing),
-        volume_out=ratio(out, volumes, of_standing),
-        moved_median=float(np.median(moved)) if known else None,
-        moved=mean(moved, of_standing) if known else None,
-        distance_cm=_far(far, moved, of_standing) if known else None,
-        retimed=mean([one.retimed or 0 for one in changed], of_standing) if known else None,
-        unchanged=sum(one.changed.outcome == "unchanged" for one in own),
-        timeouts=sum(one.changed.stopped == "time" for one in own),
+def _frame(tried: Sequence[Tried]) -> pd.DataFrame:
+    """A row a plan and way; ``out``: boxes that are left out, in per cent of all."""
+    found = pd.DataFrame(
+        asdict(one.changed)
+        | {
+            "way": one.way,
+            "stands": one.changed.stands,
+            "boxes": len(one.plan.layout),
+            "volume": float(one.plan.layout.sizes.prod(axis=1).sum()),
+            "packers": one.plan.packers,
+            "cluster": one.plan.instance,
+        }
+        for one in tried
+    ).astype({"moved": float, "distance_cm": float, "retimed": float})
+    return found.assign(
+        out=100.0 * found["left_out"] / found["boxes"],
+        volume_out=found["volume_left_out"] * found["volume"],
+        none_out=found["stands"] & (found["left_out"] == 0),
+        unchanged=found["outcome"] == "unchanged",
+        timeouts=found["stopped"] == "time",
     )
 
 
-def _far(far: list[float], moved: list[int], lists: list[str]) -> Estimate:
-    """Distance of a moved box, on average over the plans in which one is moved."""
-    some = [k for k, count in enumerate(moved) if count]
-    if not some:
-        return NOTHING
-    return ratio([far[k] for k in some], [moved[k] for k in some], [lists[k] for k in some])
-
-
-def _costs(tried: Sequence[Tried], sizes: Sequence[int]) -> Iterator[Cost]:
-    place, names = binned(sizes, (FEWER, *SIZES))
-    bins = {ALL: list(tried)} | {
-        name: [one for one, at in zip(tried, place, strict=True) if at == number]
-        for number, name in names.items()
+def _shares(tried: pd.DataFrame) -> pd.DataFrame:
+    """By packer, all first, and way; amounts are of plans that stand then."""
+    parts = (
+        tried[[title in own for own in tried["packers"]]].assign(packer=title)
+        for title in PACKER_TITLES.values()
+    )
+    frame, by = pd.concat([tried.assign(packer=ALL), *parts]), ["packer", "way"]
+    standing, rows = frame[frame["stands"]], frame.groupby(by, sort=False)
+    found = {
+        "stands": v.share(frame, "stands", by),
+        "none_out": v.share(frame, "none_out", by),
+        "boxes_out": v.ratio(standing, "left_out", "boxes", by),
+        "volume_out": v.ratio(standing, "volume_out", "volume", by),
+        "moved_median": standing.groupby(by)["moved"].median(),
+        "moved": v.mean(standing, "moved", by),
+        "moved_by": v.ratio(standing[standing["moved"] > 0], "distance_cm", "moved", by),
+        "retimed": v.mean(standing, "retimed", by),
+        "unchanged": rows["unchanged"].sum(),
+        "timeouts": rows["timeouts"].sum(),
+        "failed": rows.size() - rows["unchanged"].sum(),
+        "repaired": rows["stands"].sum(),
     }
-    for name, members in bins.items():
-        for packer, way, own in _groups(members):
-            if packer == ALL:
-                seconds = [one.changed.seconds for one in own]
-                yield Cost(
-                    name, way, len(own), float(np.median(seconds)),
-                    float(np.quantile(seconds, 0.9)), max(seconds),
-                )  # fmt: skip
+    return pd.DataFrame(found, rows.size().index)
 
 
-def _independent(title: str, repaired: Sequence[Answers], others: Sequence[Answers]) -> Independent:
-    own, control = (
-        [(said, one.plan.instance) for one in group
-         if (said := {**one.engines, **one.references}.get(title)) is not None]
-        for group in (repaired, others)
-    )  # fmt: skip
-    values = [
-        (len(group), share([said.stands for said, _ in group], [each for _, each in group]),
-         sum(not said.is_known for said, _ in group))
-        for group in (own, control)
-    ]  # fmt: skip
-    return Independent(title, *values[0], *values[1])
+def _costs(tried: pd.DataFrame) -> pd.DataFrame:
+    """CPU seconds by number of boxes, all first, and way."""
+    place, names = binned(tried["boxes"], (FEWER, *SIZES))
+    sized = tried.assign(boxes=[names[bin_] for bin_ in place]).iloc[place.argsort(kind="stable")]
+    rows = pd.concat([tried.assign(boxes=ALL), sized]).groupby(["boxes", "way"], sort=False)
+    seconds = rows["seconds"]
+    found = {
+        "cases": seconds.size(), "median": seconds.median(), "ninety": seconds.quantile(0.9),
+        "worst": seconds.max(),
+    }  # fmt: skip
+    return pd.DataFrame(found).reset_index()
 
 
-def _firm(which: str, own: Sequence[Answers]) -> Firm:
-    planned = [one for one in own if one.firmness.as_planned]
-    lists = [one.plan.instance for one in planned]
-    margins = [one.firmness.margin_cm or 0.0 for one in planned]
-    chances = [one.firmness.chance for one in planned]
-    return Firm(
-        which=which,
-        plans=len(own),
-        as_planned=len(planned),
-        margin_cm=float(np.median(margins)) if planned else None,
-        close=share([margin < CLOSE_CALL for margin in margins], lists),
-        chance=mean(chances, lists),
-        firm=share([chance >= FIRM for chance in chances], lists),
+def _independent(answers: Sequence[Answers]) -> pd.DataFrame:
+    """By judge: repaired plans and controls that it has come to; no answer is no yes."""
+    said = pd.DataFrame(
+        [
+            (title, one.repaired, judged.stands, not judged.is_known, one.plan.instance)
+            for one in answers
+            for title, judged in {**one.engines, **one.references}.items()
+        ],
+        columns=["judge", "repaired", "stands", "unknown", "cluster"],
     )
+    judges, found = pd.Index([*ENGINES, *REFERENCES], name="judge"), {}
+    for group, repaired in (("repaired", True), ("control", False)):
+        own = said[said["repaired"] == repaired]
+        rows = own.groupby("judge")["unknown"]
+        found[f"cases:{group}"] = rows.size().reindex(judges, fill_value=0)
+        found[f"stands:{group}"] = v.share(own, "stands", ["judge"])
+        found[f"unknown:{group}"] = rows.sum().reindex(judges, fill_value=0)
+    return pd.DataFrame(found, judges)
+
+
+def _firm(answers: Sequence[Answers]) -> pd.DataFrame:
+    """Margins of plans, and chances to stand where each centre of mass is off by 5 mm (s.d.)."""
+    frame = pd.DataFrame(
+        [asdict(one.firmness) | {"cluster": one.plan.instance} for one in answers],
+        columns=["margin_cm", "as_planned", "chance", "cluster"],
+        index=pd.Index([GROUPS[not one.repaired] for one in answers], name="group"),
+    ).astype({"margin_cm": float, "as_planned": bool, "chance": float})
+    frame = frame.assign(close=frame["margin_cm"] < CLOSE_CALL, firm=frame["chance"] >= FIRM)
+    rows, planned = frame.groupby("group", sort=False), frame[frame["as_planned"]]
+    found = {
+        "cases": rows.size(),
+        "as_planned": rows["as_planned"].sum(),
+        "margin_median": planned.groupby("group")["margin_cm"].median(),
+        "close": v.share(planned, "close", ["group"]),
+        "p_stands": v.mean(planned, "chance", ["group"]),
+        "firm": v.share(planned, "firm", ["group"]),
+    }
+    return pd.DataFrame(found, rows.size().index).reset_index()
 
 
 def _soft(own: Sequence[Answers]) -> Estimate:
     """Plans that fall by the softer reference, of those that stand by the stiffer one."""
-    both = [one for one in own if len(one.references) == len(REFERENCES)]
+    both = (one for one in own if len(one.references) == len(REFERENCES))
     stood = [one for one in both if one.references[STIFF].stands]
     return share(
         [not one.references[SOFT].stands for one in stood], [one.plan.instance for one in stood]
     )
 
 
-def _until(way: Way, own: list[Tried]) -> Until:
-    standing = [(one.changed, len(one.plan.layout)) for one in _standing(own)]
-    return Until(
-        way,
-        sorted(100.0 * changed.left_out / boxes for changed, boxes in standing),
-        sorted(100.0 * (changed.moved or 0) / boxes for changed, boxes in standing),
-        len(own),
-    )
-
-
-COLUMNS = (
-    "packers", "plan", "boxes", "way", "outcome", "judge", "failing_step_before", "boxes_left_out",
-    "volume_left_out_share", "boxes_moved", "distance_cm", "boxes_loaded_at_another_time",
-    "order_alone", "cpu_s", "stopped",
-)  # fmt: skip
-"""Header of the file of all plans."""
-
-
 def as_csv(tried: Sequence[Tried]) -> str:
     """All plans in all ways, a line each; what is not known is empty."""
-    text = io.StringIO()
-    lines = csv.writer(text, lineterminator="\n")
-    lines.writerow(COLUMNS)
-    for one in tried:
-        changed = one.changed
-        values = [
-            "; ".join(one.plan.packers), changed.plan, len(one.plan.layout), changed.way,
-            changed.outcome, changed.judge, changed.step_before,
-            *(
-                (changed.left_out, f"{changed.volume_left_out:.4f}")
-                if changed.stands
-                else (None, None)
-            ),
-            changed.moved,
-            None if changed.distance_cm is None else f"{changed.distance_cm:.1f}",
-            changed.retimed, changed.by_order_alone if changed.stands else None,
-            f"{changed.seconds:.3f}", changed.stopped,
-        ]  # fmt: skip
-        lines.writerow(["" if value is None else value for value in values])
-    return text.getvalue()
+    lines = [
+        {
+            "packers": "; ".join(one.plan.packers),
+            "plan": changed.plan,
+            "boxes": len(one.plan.layout),
+            "way": changed.way,
+            "outcome": changed.outcome,
+            "judge": changed.judge,
+            "failing_step_before": changed.step_before,
+            "boxes_left_out": changed.left_out if changed.stands else None,
+            "volume_left_out_share": f"{changed.volume_left_out:.4f}" if changed.stands else None,
+            "boxes_moved": changed.moved,
+            "distance_cm": None if changed.distance_cm is None else f"{changed.distance_cm:.1f}",
+            "boxes_loaded_at_another_time": changed.retimed,
+            "order_alone": changed.by_order_alone if changed.stands else None,
+            "cpu_s": f"{changed.seconds:.3f}",
+            "stopped": changed.stopped,
+        }
+        for one in tried
+        for changed in [one.changed]
+    ]
+    return pd.DataFrame(lines, dtype=object).to_csv(index=False, lineterminator="\n")
