@@ -177,6 +177,7 @@ def faults(root):
             shown = floor(target) == "reports" and target not in {
                 "reports.columns",
                 "reports.frame_points",
+                "reports.frame_columns",
                 "reports.frames",
             }
             if floor(name) != "cli" and floor(name) != "reports" and shown and not shows(name):

@@ -17,7 +17,7 @@ import jinja2
 from jinja2 import meta, nodes
 
 from steadyload.reports.charts.kinds import KINDS
-from steadyload.reports.frames import COLUMNS
+from steadyload.reports.frame_columns import COLUMNS
 
 _KEEPING = {"sort", "list", "reverse", "selectattr", "rejectattr", "unique"}
 """Filters whose result has the elements of what they are given."""

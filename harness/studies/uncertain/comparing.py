@@ -23,7 +23,7 @@ from steadyload.reports.columns import (
     row,
     yes_no,
 )
-from steadyload.reports.frames import FEW
+from steadyload.reports.frame_columns import FEW
 from steadyload.runs import frames as v
 from steadyload.runs.accuracy import verdicts_against_labels
 from steadyload.runs.comparison import detectable
