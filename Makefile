@@ -125,6 +125,7 @@ docs: $(READY) ## remake the table of engines and the index of published pages
 site: $(SITE) ## build a static site of docs, pages and API in runs/site/html (two minutes)
 	rm -rf runs/site && mkdir -p runs/site/source
 	cp -r --parents -t runs/site/source README.md CHANGELOG.md CITATION.cff LICENSE docs reports/published \
+		reports/rows/README.md \
 		harness/layouts/benchmark/THIRD-PARTY.md reports/viewer/three_js.py
 	$(BIN)/python -m sphinx --quiet --fail-on-warning --keep-going -c docs -d runs/site/doctrees \
 		runs/site/source runs/site/html

@@ -99,6 +99,7 @@ PACKAGES = (
     "app.repair_results",
     "app.repaired_files",
     "app.viewing",
+    "studies.kept_rows",
 )
 """Packages and modules below ``steadyload`` of which every module has a page of API."""
 

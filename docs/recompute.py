@@ -3,37 +3,27 @@
 A row is a verdict on a case; it is right where it names the failing step of the label, if any.
 """
 
-import fnmatch
-import io
-import tarfile
 from pathlib import Path
 
 import pandas as pd
 
 ROWS = Path(__file__).parents[1] / "reports" / "rows"
-CASE = ["layout", "scenario"]
 METHODS = ("sme", "equilibrium:time=0.3", "lstm_e", "ps_opt@mujoco", "cascade@mujoco")
 STANDS = ":question=stands"
 ENGINES = ("bullet", "dart", "mujoco", "physx", "rapier")
 PARAMETERS = ("ps3-literal", "ps_opt-paper", "ps_opt-equal", "label")
 
 
-def verdicts(page, folder):
-    """All verdicts of a folder of a page's rows, each beside the labels of its case."""
-    with tarfile.open(ROWS / f"{page}.tar.xz") as archive:
-        names = fnmatch.filter(archive.getnames(), f"{folder}/*.parquet")
-        files = {name: io.BytesIO(archive.extractfile(name).read()) for name in names}
-    read = {name: pd.read_parquet(file) for name, file in files.items()}
-    labels = read.pop(f"{folder}/labels.parquet").drop(columns="item_count")
-    return pd.concat(read.values()).merge(labels, on=CASE, suffixes=("", "_label"))
+def verdicts(page, run):
+    """All verdicts of a run of a page, each beside the labels of its case."""
+    return pd.read_parquet(ROWS / f"{page}.parquet", filters=[("run", "==", run)])
 
 
 def accuracy(found, method):
     """Percentage of the cases that have a label of its question on which a method is right."""
-    own, label = found[found["method"] == method], "failing_step_label"
-    if STANDS in method:
-        own, label = own[own["stands"] == "done"], "failing_step_stands"
-    same = own["failing_step"].fillna(-1) == own[label].fillna(-1)
+    own, question = found[found["method"] == method], "stands" if STANDS in method else "within"
+    own = own[own[f"labelled_{question}"]]
+    same = own["failing_step"].fillna(-1) == own[f"label_{question}"].fillna(-1)
     return 100 * (same & (own["status"] == "done")).mean()
 
 
@@ -42,7 +32,8 @@ def shares(found, parameters):
     placed = (found["failing_step"] / found["item_count"]).fillna(1.0)
     done = found.assign(placed=placed)[found["status"] == "done"]
     specs = [f"{own}@{engine}" for own in parameters for engine in ENGINES]
-    table = done.pivot(index=CASE, columns="method", values="placed")[specs].dropna()
+    case = ["layout", "scenario"]
+    table = done.pivot(index=case, columns="method", values="placed")[specs].dropna()
     cases = table.to_numpy().reshape(-1, len(parameters), len(ENGINES))
     cases = cases - cases.mean(axis=(1, 2), keepdims=True)
     own, engine = ((cases.mean(axis=k) ** 2).sum() * cases.shape[k] for k in (2, 1))

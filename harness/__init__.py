@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from steadyload.methods.session.session import LoadingSession as LoadingSession
     from steadyload.runs.results import load_results as load_results
     from steadyload.runs.scoring import score_layouts as score
+    from steadyload.studies.kept_rows import rows as rows
 
     __version__: str
 
@@ -63,6 +64,7 @@ _PUBLIC = {
     "read": "steadyload.layouts.formats:read_layouts",
     "read_batch": "steadyload.layouts.batch_files:read_batch",
     "repair": "steadyload.app.repairs:repair",
+    "rows": "steadyload.studies.kept_rows:rows",
     "score": "steadyload.runs.scoring:score_layouts",
     "view": "steadyload.app.viewing:write_view",
 }
@@ -87,6 +89,7 @@ __all__ = [
     "read",
     "read_batch",
     "repair",
+    "rows",
     "score",
     "view",
 ]

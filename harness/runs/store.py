@@ -271,7 +271,10 @@ class Store(Generic[Answer, Stored]):
     def write(self, key: str, answers: Sequence[Answer]) -> None:
         """Write a shard, completely or not at all."""
         refuse_unless_kept(self._folder, 1, 1)
-        content = self._codec.encode(answers)
+        self.add(key, self._codec.encode(answers))
+
+    def add(self, key: str, content: bytes) -> None:
+        """Write the bytes of a shard that was kept elsewhere, completely or not at all."""
         self.drop(key)
         not_a_link(self._folder).mkdir(parents=True, exist_ok=True)
         self._sums[key] = checksum(content)

@@ -16,8 +16,10 @@ from dataclasses import dataclass, field
 from functools import partial
 from operator import attrgetter
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
 from steadyload.atomic import manifest_text, verified_manifest, write_atomically
@@ -29,6 +31,7 @@ from steadyload.reading import MAX_STORED_BYTES, content_of, json_of
 from steadyload.runs.asked import Asked, asked, kept_rows
 from steadyload.runs.methods_here import method_named
 from steadyload.runs.provenance import made_by
+from steadyload.runs.store import JSON, Store
 from steadyload.runs.units import MadeBy, made_now
 
 VERSION = 1
@@ -222,6 +225,36 @@ def timed(
         for clock in (attrgetter("cpu"), attrgetter("wall"))
     )
     return Times(cpu, wall, max(loads) if len(loads) == len(kept) else None, made_with)
+
+
+def kept_times(folder: Path) -> pd.DataFrame:
+    """Times that :func:`timed` has kept in a folder, which need not exist.
+
+    Returns:
+        A row a method and layout: ``method``, ``layout``, ``layout_hash``, ``timed_cpu_ns`` and
+        ``timed_wall_ns``, medians of all repeats; without those that do not name their layouts.
+
+    Raises:
+        DamagedError: a file has changed since it was written.
+    """
+    store: Store[dict[str, Any], list[dict[str, Any]]] = Store(folder, JSON)
+    turns = [
+        turn
+        for key in store.keys()  # noqa: SIM118 - a store is no mapping
+        for turn in store.read(key)
+        if "by_size" not in turn
+    ]
+    rows = [
+        (spec, name, digest, cpu, wall)
+        for turn in turns
+        for spec in turn["cpu"]
+        for (name, digest), cpu, wall in zip(
+            turn.get("cases", ()), turn["cpu"][spec], turn["wall"][spec], strict=False
+        )
+    ]
+    case = ["method", "layout", "layout_hash"]
+    found = pd.DataFrame(rows, columns=[*case, "timed_cpu_ns", "timed_wall_ns"])
+    return (1e6 * found.groupby(case, sort=False).median()).round().reset_index()
 
 
 @dataclass(frozen=True)

@@ -1,11 +1,17 @@
-"""Rows behind published pages, packed beside them: a page is redrawn from them without judging."""
+"""Rows behind published pages, packed beside them: a page is redrawn from them without judging.
+
+Verdicts are one tidy Parquet table a page, see :mod:`steadyload.runs.tidy`; beside its schema are
+the other files of the work folder. What pages measure otherwise is an archive.
+"""
 
 from __future__ import annotations
 
+import base64
 import dataclasses
 import io
 import json
 import lzma
+import re
 import tarfile
 import tempfile
 from collections.abc import Sequence
@@ -14,10 +20,15 @@ from functools import partial
 from pathlib import Path, PurePosixPath
 from typing import Any
 
+import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet as pq
+
 from steadyload.atomic import write_atomically
 from steadyload.config import bind
 from steadyload.errors import UserError
-from steadyload.layouts.files.limits import MAX_FILE_BYTES
+from steadyload.layouts.files.limits import MAX_FILE_BYTES, MAX_FOOTER_BYTES
+from steadyload.layouts.files.parquet_table import TableTooLargeError, table_of
 from steadyload.reading import (
     MAX_STORED_BYTES,
     TooLargeError,
@@ -27,10 +38,11 @@ from steadyload.reading import (
     regular,
     unpacked,
 )
+from steadyload.runs import tidy
 from steadyload.runs.provenance import MadeWith
-from steadyload.runs.results import superseded
+from steadyload.runs.results import load_manifest, superseded
 from steadyload.runs.store import CHECKPOINT, CHECKPOINTS, DamagedError, ResultsError
-from steadyload.studies.published import ROWS, Entry, entries
+from steadyload.studies.published import ROWS, Entry, entries, named
 
 MADE_WITH = "made_with.json"
 """States with what rows were made: in a work folder of its rows, beside the archives of all rows,
@@ -40,6 +52,12 @@ _LEFT_OUT = (".lock", "report.md", "report.html", "report-details*.md", "figures
 """What a work folder holds besides rows, as patterns, and :data:`.CHECKPOINTS` anywhere in it."""
 
 _MANIFEST = "manifest.json"
+
+_BESIDE = "files"
+"""Key, beside the schema of a table of verdicts, of the archive of all other files, in base 85."""
+
+_MOST_BESIDE = MAX_FOOTER_BYTES - 2**16
+"""Characters of that archive: it lies in the footer of the file, with what this says of columns."""
 
 _MOST_FILES = 100_000
 """Files of an archive, ten times those of the largest one; :data:`.MAX_FILE_BYTES` are those of
@@ -51,7 +69,7 @@ class RowsError(UserError):
 
 
 def keep(entry: Entry, folder: Path = ROWS) -> Path:
-    """Pack the work folder of a page; the same rows give the same bytes. Returns the archive.
+    """Pack the work folder of a page; the same rows give the same bytes. Returns the file.
 
     Shards that the manifest of their run does not list are left out.
 
@@ -60,7 +78,7 @@ def keep(entry: Entry, folder: Path = ROWS) -> Path:
         folder: of the archives; pages that are made of one work folder share one.
 
     Raises:
-        RowsError: the work folder does not exist.
+        RowsError: the work folder does not exist, or has too much beside the verdicts.
         DamagedError: the manifest of a run in it has changed since it was written.
         TooLargeError: a file has more than :data:`.MAX_FILE_BYTES`.
         OSError: the archive cannot be written.
@@ -70,25 +88,53 @@ def keep(entry: Entry, folder: Path = ROWS) -> Path:
             f"the rows of page {entry.name!r} should lie in {entry.work}, which does not exist; "
             f"steadyload pages remake {entry.name} makes them"
         )
-    files, old = sorted(entry.work.rglob("*")), _superseded(entry.work)
-    packed = io.BytesIO()
-    with tarfile.open(fileobj=packed, mode="w", format=tarfile.PAX_FORMAT) as archive:
-        for path in files:
-            inside = path.relative_to(entry.work)
-            if _is_left_out(inside) or path in old:
-                continue
-            if path.is_file():
-                about = tarfile.TarInfo(str(inside))
-                about.size = path.stat().st_size
-                with regular(path, MAX_FILE_BYTES) as content:
-                    archive.addfile(about, content)
+    runs = _runs(entry.work) if entry.verdicts else []
+    found = _packed(entry.work, [entry.work / run / "results" for run in runs])
+    if entry.verdicts:
+        beside = base64.b85encode(found).decode()
+        if len(beside) > _MOST_BESIDE:
+            raise RowsError(
+                f"{entry.work}: files beside the verdicts take {_megabytes(len(beside))}; allowed: "
+                f"{_megabytes(_MOST_BESIDE)}; pages with more keep an archive"
+            )
+        found = tidy.content(tidy.table(entry.work, map(str, runs)), **{_BESIDE: beside})
     folder.mkdir(parents=True, exist_ok=True)
-    write_atomically(archive_of(entry, folder), lzma.compress(packed.getvalue(), preset=9))
+    write_atomically(archive_of(entry, folder), found)
     stated = _stated_in(entry.work / MADE_WITH)
     if stated is not None:
         every = {**(_stated_in(folder / MADE_WITH) or {}), entry.work.name: stated}
         write_atomically(folder / MADE_WITH, _as_json(dict(sorted(every.items()))))
     return archive_of(entry, folder)
+
+
+def rows(page: str, folder: str | Path = ROWS) -> pd.DataFrame:
+    """The verdicts behind a published page, a row a verdict, with the labels of its case.
+
+    Args:
+        page: its name, such as ``evaluation``.
+        folder: of the kept rows; by default that of a clone, in which this process was started.
+
+    Returns:
+        Columns as ``reports/rows/README.md`` explains them, those of :data:`.tidy.ABOUT`.
+
+    Raises:
+        UnknownPageError: there is no such page.
+        RowsError: its rows are no verdicts, the file is not there, or it is damaged.
+
+    Example:
+        >>> found = sl.rows("evaluation")  # doctest: +SKIP
+        >>> found.groupby("method")["cpu_total"].median()  # doctest: +SKIP
+    """
+    (entry,) = named((page,))
+    if not entry.verdicts:
+        tables = [one.name for one in entries() if one.verdicts]
+        raise RowsError(
+            f"page {page!r} is not made of verdicts alone; allowed: {', '.join(tables)}"
+        )
+    file = archive_of(entry, Path(folder))
+    if not file.exists():
+        raise RowsError(f"{file}: does not exist; rows come with a clone, name its reports/rows")
+    return _table(file).to_pandas()
 
 
 def unpack(entry: Entry, folder: Path = ROWS) -> Path | None:
@@ -105,7 +151,8 @@ def unpack(entry: Entry, folder: Path = ROWS) -> Path | None:
     archive = archive_of(entry, folder)
     if entry.work.exists() or not archive.exists():
         return None
-    packed = io.BytesIO(_content(archive))
+    table = _table(archive) if entry.verdicts else None
+    packed = io.BytesIO(_content(archive, beside=entry.verdicts))
     entry.work.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix=f".{entry.work.name}.", dir=entry.work.parent) as fresh:
         rows = Path(fresh, "rows")
@@ -114,6 +161,8 @@ def unpack(entry: Entry, folder: Path = ROWS) -> Path | None:
                 found.extractall(rows, _checked(found, archive), filter="data")
         except tarfile.TarError:
             raise _damaged(archive) from None
+        if table is not None:
+            _write_shards(table, rows, archive)
         stated = (_stated_in(folder / MADE_WITH) or {}).get(entry.work.name)
         if stated is not None:
             write_atomically(rows / MADE_WITH, _as_json(stated))
@@ -121,18 +170,71 @@ def unpack(entry: Entry, folder: Path = ROWS) -> Path | None:
     return entry.work
 
 
-def _content(archive: Path) -> bytes:
-    """The uncompressed content of an archive, of limited size."""
-    if not archive.is_file():
-        raise RowsError(f"{archive}: is no file")
+def _packed(work: Path, but: Sequence[Path]) -> bytes:
+    """The files of a work folder as an archive, without those below some folders."""
+    files, old, packed = sorted(work.rglob("*")), _superseded(work), io.BytesIO()
+    with tarfile.open(fileobj=packed, mode="w", format=tarfile.PAX_FORMAT) as archive:
+        for path in files:
+            inside = path.relative_to(work)
+            if _is_left_out(inside) or path in old or path.parent in but:
+                continue
+            if path.is_file():
+                about = tarfile.TarInfo(str(inside))
+                about.size = path.stat().st_size
+                with regular(path, MAX_FILE_BYTES) as content:
+                    archive.addfile(about, content)
+    return lzma.compress(packed.getvalue(), preset=9)
+
+
+def _content(file: Path, *, beside: bool) -> bytes:
+    """The unpacked archive of a file, of limited size; that beside the schema of a table."""
+    content = _read(file)
     try:
-        return unpacked(content_of(archive, MAX_FILE_BYTES), MAX_FILE_BYTES)
-    except (TooLargeError, UnpacksTooLargeError):
-        raise RowsError(
-            f"{archive}: is too large; allowed: {MAX_FILE_BYTES} bytes, unpacked, too"
-        ) from None
-    except ValueError:
-        raise _damaged(archive) from None
+        if beside:
+            metadata = pq.read_metadata(pa.BufferReader(content)).metadata or {}
+            content = base64.b85decode(metadata[_BESIDE.encode()])
+        return unpacked(content, MAX_FILE_BYTES)
+    except UnpacksTooLargeError:
+        raise _too_large(file) from None
+    except (LookupError, OSError, ValueError, pa.ArrowException):
+        raise _damaged(file) from None
+
+
+def _read(file: Path) -> bytes:
+    if not file.is_file():
+        raise RowsError(f"{file}: is no file")
+    try:
+        return content_of(file, MAX_FILE_BYTES)
+    except TooLargeError:
+        raise _too_large(file) from None
+
+
+def _table(file: Path) -> pa.Table:
+    """The table of verdicts in a file."""
+    content = _read(file)
+    try:
+        return table_of(content, schema=tidy.TABLE)
+    except TableTooLargeError as error:
+        raise RowsError(f"{file}: is too large: {error}") from None
+    except (OSError, ValueError, pa.ArrowException):
+        raise _damaged(file) from None
+
+
+def _write_shards(table: pa.Table, work: Path, file: Path) -> None:
+    """Write the shards of a table into run folders that the archive beside it has.
+
+    Raises:
+        RowsError: the folder of a run, or the key of a shard, is none.
+    """
+    known = {str(run) for run in _runs(work)}
+    keys = table["shard"].unique().to_pylist()
+    if not known.issuperset(table["run"].unique().to_pylist()) or not all(map(_is_key, keys)):
+        raise _damaged(file)
+    tidy.write_shards(table, work)
+
+
+def _is_key(found: str | None) -> bool:
+    return found is not None and re.fullmatch(r"[0-9a-f]+", found) is not None
 
 
 def _checked(found: tarfile.TarFile, archive: Path) -> list[tarfile.TarInfo]:
@@ -156,6 +258,10 @@ def _checked(found: tarfile.TarFile, archive: Path) -> list[tarfile.TarInfo]:
                 f"{archive}: holds too much; allowed: {_MOST_FILES} files of {MAX_FILE_BYTES} bytes"
             )
     return members
+
+
+def _too_large(file: Path) -> RowsError:
+    return RowsError(f"{file}: is too large; allowed: {MAX_FILE_BYTES} bytes, unpacked, too")
 
 
 def _damaged(archive: Path) -> RowsError:
@@ -210,28 +316,46 @@ def kept(folder: Path = ROWS) -> str:
             "page into its work folder and makes the page; with `--judge` it also judges and times "
             "what is missing there. `steadyload pages keep PAGE` packs them anew.",
             "",
-            "| archive | size | pages |",
-            "| ------- | ---: | ----- |",
+            "| file | size | pages |",
+            "| ---- | ---: | ----- |",
             *(
                 f"| `{path.name}` | {_megabytes(path.stat().st_size)} | {_links(names)} |"
                 for path, names in sorted(pages.items())
             ),
             "",
+            "A `.parquet` file is a table of verdicts that anything which reads Parquet reads; "
+            "`steadyload.rows(PAGE)` gives it as a frame of pandas. Beside its schema, under "
+            f"`{_BESIDE}`, are the other files of the work folder.",
+            "",
+            "| column | type | meaning |",
+            "| ------ | ---- | ------- |",
+            *(f"| `{name}` | {kind} | {about} |" for name, (kind, about) in tidy.ABOUT.items()),
+            "",
         ]
     )
 
 
-def _superseded(work: Path) -> set[Path]:
-    """Shards of all runs in a folder that no manifest lists."""
-    found: set[Path] = set()
-    for manifest in work.rglob(_MANIFEST):
+def _runs(work: Path) -> list[Path]:
+    """Folders of all runs below a folder, as paths from there.
+
+    Raises:
+        DamagedError: the manifest of one has changed since it was written.
+    """
+    found = []
+    for manifest in sorted(work.rglob(_MANIFEST)):
         try:
-            found |= superseded(manifest.parent)
+            load_manifest(manifest.parent)
         except DamagedError:
             raise
         except ResultsError:  # the manifest of something else, such as weights
             continue
+        found.append(manifest.parent.relative_to(work))
     return found
+
+
+def _superseded(work: Path) -> set[Path]:
+    """Shards of all runs in a folder that no manifest lists."""
+    return set().union(*(superseded(work / run) for run in _runs(work)))
 
 
 def _is_left_out(inside: Path) -> bool:
@@ -244,8 +368,8 @@ def _goes_on(inside: Path) -> bool:
 
 
 def archive_of(entry: Entry, folder: Path) -> Path:
-    """Where the rows of a page are packed; pages of one work folder share an archive."""
-    return folder / f"{entry.work.name}.tar.xz"
+    """Where the rows of a page are packed; pages of one work folder share a file."""
+    return folder / f"{entry.work.name}{'.parquet' if entry.verdicts else '.tar.xz'}"
 
 
 def _megabytes(size: int) -> str:

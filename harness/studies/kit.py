@@ -179,6 +179,8 @@ class Study(ABC, Generic[F]):
             in this process alone.
         command_words: the command that runs it, without flags, made of its name.
         work: default work folder, of its name below ``runs``.
+        verdicts: whether the rows behind its pages are verdicts, which are kept as one table, see
+            :mod:`steadyload.runs.tidy`.
         pages: its published pages; unless stated one of its name, made by the command without
             flags.
     """
@@ -190,6 +192,7 @@ class Study(ABC, Generic[F]):
     resumable: ClassVar[bool] = True
     workers: ClassVar[int | None] = 1
     work: ClassVar[Path]
+    verdicts: ClassVar[bool] = False
     pages: ClassVar[tuple[PublishedPage, ...]]
 
     def __init_subclass__(cls) -> None:

@@ -44,12 +44,14 @@ class Entry:
         answers: the sentence that it answers.
         command: words of the command that makes it, without the output folder.
         work: folder of the rows that it is made of.
+        verdicts: see :attr:`steadyload.studies.kit.Study.verdicts`.
     """
 
     name: str
     answers: str
     command: tuple[str, ...]
     work: Path
+    verdicts: bool = False
 
     def text(self, folder: Path) -> str:
         """Text of the existing page; empty where there is none yet."""
@@ -65,6 +67,7 @@ def entries() -> list[Entry]:
             page.answers or one.answers,
             (*one.command_words.split(), *shlex.split(page.flags)),
             _work(page, one.work),
+            one.verdicts,
         )
         for one in map(study, studies())
         for page in one.pages

@@ -4,6 +4,8 @@
 the Python of that tree, see :mod:`pin`.
 """
 
+import base64
+import io
 import json
 import os
 import re
@@ -12,6 +14,9 @@ import tarfile
 from contextlib import contextmanager
 from functools import partial, wraps
 from pathlib import Path
+
+import pandas as pd
+import pyarrow.parquet as pq
 
 import steadyload
 from steadyload import atomic
@@ -53,8 +58,18 @@ def make(name: str, tree: Path) -> None:
 
 
 def kept_keys(archive: Path, work: Path) -> list[str]:
-    """The keys of all shards of an archive, below its work folder."""
-    with tarfile.open(archive) as kept:
+    """The keys of all shards of a page's rows, below its work folder."""
+    if archive.suffix == ".parquet":
+        shards = pd.read_parquet(archive, columns=["run", "shard"]).drop_duplicates()
+        kept = [work / run / "results" / shard for run, shard in shards.to_numpy()]
+        packed = pq.read_metadata(archive).metadata[b"files"]
+        beside = _keys_in(work, fileobj=io.BytesIO(base64.b85decode(packed)))
+        return sorted([*map(str, kept), *beside])
+    return _keys_in(work, name=archive)
+
+
+def _keys_in(work: Path, **archive) -> list[str]:
+    with tarfile.open(**archive) as kept:
         found = map(_SHARD.fullmatch, kept.getnames())
         return sorted(str(work / (shard[1] or "") / shard[2]) for shard in found if shard)
 

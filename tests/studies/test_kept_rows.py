@@ -34,7 +34,8 @@ def contents(folder):
 
 @pytest.fixture
 def entry(tmp_path):
-    found = replace(published.named(("evaluation",))[0], work=tmp_path / "runs" / "evaluation")
+    (page,) = published.named(("evaluation",))
+    found = replace(page, work=tmp_path / "runs" / "evaluation", verdicts=False)
     for name, text in {"a/rows.parquet": "1", "manifest.json": "2", "b/c/d": "3"}.items():
         (found.work / name).parent.mkdir(parents=True, exist_ok=True)
         (found.work / name).write_text(text)
@@ -192,14 +193,14 @@ def test_every_page_has_a_folder_of_its_rows():
 def test_what_is_kept_is_listed_with_its_size():
     folder = ROOT / published.ROWS
     assert (folder / published.INDEX).read_text() == kept(folder)
-    archives = {path.name for path in folder.glob("*.tar.xz")}
-    assert archives
-    assert archives == {path.name for path in folder.iterdir()} - {
-        published.INDEX,
-        kept_rows.MADE_WITH,
-    }
+    files = {path.name for path in folder.iterdir()} - {published.INDEX, kept_rows.MADE_WITH}
     stated = json.loads((folder / kept_rows.MADE_WITH).read_text())
-    assert archives == {f"{name}.tar.xz" for name in stated}
+    assert files == {
+        kept_rows.archive_of(entry, folder).name
+        for entry in published.entries()
+        if entry.work.name in stated
+    }
+    assert {Path(name).suffix for name in files} == {".xz", ".parquet"}
 
 
 def test_a_page_of_unpacked_rows_is_the_same_and_judges_nothing(
@@ -212,16 +213,15 @@ def test_a_page_of_unpacked_rows_is_the_same_and_judges_nothing(
     monkeypatch.setattr(kept_rows, "entries", lambda: [few])
     assert main(["pages", "remake", "evaluation", "--keep", "-o", "pages", "--rows", "rows"]) == 0
     page = Path("pages/evaluation/report.md").read_text()
-    rows = contents(few.work)
     times = contents(few.work / "spatial" / "times")
-    packed = Path("rows/evaluation.tar.xz").read_bytes()
+    packed = Path("rows/evaluation.parquet").read_bytes()
     assert main(["pages", "keep", "evaluation", "--rows", "rows"]) == 0
-    assert Path("rows/evaluation.tar.xz").read_bytes() == packed
-    assert "| `evaluation.tar.xz` |" in Path("rows/README.md").read_text()
+    assert Path("rows/evaluation.parquet").read_bytes() == packed
+    assert "| `evaluation.parquet` |" in Path("rows/README.md").read_text()
     few.work.rename("gone")
     assert main(["pages", "remake", "evaluation", "--rows", "rows", "-o", "again"]) == 0
     assert Path("again/evaluation/report.md").read_text() == page
-    assert contents(few.work) == rows
+    assert contents(few.work / "spatial" / "times") == times
     assert len(load_results(few.work / "spatial")) == 12
     less = replace(few, command=few.command[:-2])
     monkeypatch.setattr("steadyload.cli.pages.named", lambda names: [less])

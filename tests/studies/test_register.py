@@ -1,5 +1,6 @@
 """The register of what was chosen and measured on which part is what the files say."""
 
+import io
 import json
 import re
 import tarfile
@@ -13,6 +14,7 @@ from steadyload.layouts.benchmark.parts import set_named
 from steadyload.layouts.model.question import with_question
 from steadyload.learners.weights import load_weights, shipped_weights
 from steadyload.methods.contract.method import Status
+from steadyload.studies.kept_rows import MADE_WITH, _content
 from steadyload.studies.published import FOLDER, ROWS
 
 ROOT = Path(__file__).parents[2]
@@ -86,12 +88,13 @@ def measured():
     """
     found = defaultdict(lambda: defaultdict(str))
     for page in (ROOT / FOLDER).glob("*/report.md"):
-        text = page.read_text()
+        text = "".join(own.read_text() for own in page.parent.glob("report*.md"))
         begun = re.search(r"^- started: (\S+?)T", text, re.MULTILINE)
         for name in re.findall(rf"part `?test`? of {ANY_SET}", text):
             found[name or LARGE][page.parent.name] = begun[1] if begun else ""
-    for file in (ROOT / ROWS).glob("*.tar.xz"):
-        with tarfile.open(file) as archive:
+    for file in {*(ROOT / ROWS).glob("*.*")} - {ROOT / ROWS / "README.md", ROOT / ROWS / MADE_WITH}:
+        content = _content(file, beside=file.suffix == ".parquet")
+        with tarfile.open(fileobj=io.BytesIO(content)) as archive:
             for member in archive:
                 if Path(member.name).name == "manifest.json":
                     manifest = json.load(archive.extractfile(member))

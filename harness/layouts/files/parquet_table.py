@@ -54,7 +54,9 @@ def table_of(
         file = pq.ParquetFile(pa.BufferReader(content), read_dictionary=texts)
         kept = file.read(columns=texts, use_threads=False)
         _hold(sum(_length(chunk) for column in kept.columns for chunk in column.chunks))
-    return pq.read_table(pa.BufferReader(content), schema=schema, columns=columns)
+    return pq.read_table(
+        pa.BufferReader(content), schema=schema, columns=columns, page_checksum_verification=True
+    )
 
 
 def _hold(size: int) -> None:

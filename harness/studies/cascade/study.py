@@ -16,6 +16,7 @@ class Cascade(Study["Found"]):
     answers = "What does a cascade save, and what accuracy does it cost?"
     about = "compare a cascade with its stages and with simulations on test, and write its page"
     workers = None
+    verdicts = True
 
     limit: int | None = option(None, "only the first N cases a scenario (default: 300)", least=2)
 

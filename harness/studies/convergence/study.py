@@ -16,6 +16,7 @@ class Convergence(Study["Found"]):
     answers = "Are the reference's labels converged?"
     about = "change the reference one parameter at a time; compare it with other methods"
     workers = 0
+    verdicts = True
     pages = (
         PublishedPage("convergence", "--second-model"),
         PublishedPage(

@@ -16,6 +16,7 @@ class Determinism(Study["Found"]):
 
     answers = "Which published verdicts and labels differ on another processor?"
     about = "published verdicts and labels of a random sample, judged again on this machine"
+    verdicts = True
 
     limit: int | None = option(
         None, "only N cases, and labels of no more than these (default: 300, and 60 labels)",

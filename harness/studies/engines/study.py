@@ -16,6 +16,7 @@ class EngineStudy(Study["Found"]):
     name = "engines"
     answers = "Do engines agree, what does each option change, and what does a simulation cost?"
     about = "compare engines: agreement, options, speed"
+    verdicts = True
 
     limit: int | None = option(
         None, "only the first N layouts, and cases a scenario (default: 300, 100; 20 of real size)",

@@ -21,6 +21,7 @@ class Evaluation(Study["Found"]):
     answers = "How accurate is every method on every engine, and what does it cost?"
     about = "all methods on a labelled test split, as Table 5 of the paper, every engine"
     workers = 0
+    verdicts = True
     pages = (
         PublishedPage("evaluation", _PUBLISHED),
         PublishedPage(

@@ -15,6 +15,7 @@ class Families(Study["Found"]):
 
     answers = "How accurate are methods on layouts unlike those they were fitted on?"
     about = "judge families of generated layouts outside the distribution of the labelled sets"
+    verdicts = True
 
     limit: int | None = option(None, "layouts of every family (default: 120)", least=1)
     methods: tuple[str, ...] = methods_option(

@@ -15,6 +15,7 @@ class Scope(Study["Found"]):
 
     answers = "Which bodies can a simulation leave out, and what does it save?"
     about = "simulations of only what a step changes, beside those of the whole pile"
+    verdicts = True
 
     limit: int | None = option(
         None, "only N cases of each question (default: 300)", least=1, metavar="N"

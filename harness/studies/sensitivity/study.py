@@ -16,6 +16,7 @@ class Sensitivity(Study["Found"]):
     answers = "Which conclusions survive another time, threshold or point that is measured?"
     about = "accuracy and rank of every method over the rule by which a loading fails"
     workers = 0
+    verdicts = True
 
     limit: int | None = option(None, "only the first N cases a scenario (default: 100)", least=2)
 

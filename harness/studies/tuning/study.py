@@ -19,6 +19,7 @@ class Tuning(Study["Found"]):
     answers = "What does tuning a simulation bring, and which parameter brings it?"
     about = "compare tuned presets with other methods on test, and write the page of tuning"
     workers = 0
+    verdicts = True
     pages = (PublishedPage("tuning", "reports/published/tuning/searches/*/"),)
 
     searches: tuple[Path, ...] = operand(REQUIRED, "folders of searches", metavar="DIR")
