@@ -2,31 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from steadyload.labelling.both_labels import QuestionShares, question_shares
+from steadyload.labelling.both_labels import question_shares
 from steadyload.layouts.benchmark.confidence import ENSEMBLE, Reason
 from steadyload.layouts.benchmark.dataset import KEYS, Benchmark
 from steadyload.layouts.benchmark.parts import HELD_OUT, SPLITS
 from steadyload.layouts.benchmark.tables import BenchmarkError
 from steadyload.layouts.model.question import Question
 from steadyload.layouts.model.scenarios import Scenario
-from steadyload.reports.columns import column, fixed, percent, plain_percent, row
+from steadyload.runs import frames as v
 from steadyload.runs.labels import made_with
-from steadyload.statistics.estimate import Estimate
-from steadyload.statistics.metrics import mean, share
-from steadyload.studies.benchmark.disputed import (
-    STABLE,
-    MethodAgreement,
-    RobustDispute,
-    agreements,
-    disputes,
-    verdicts_on_test,
-)
+from steadyload.studies.benchmark.disputed import STABLE, agreements, disputes, verdicts_on_test
 
 PUBLISHED_STABLE: Mapping[str, float] = {"S1": 0.790, "S2a": 0.760, "S2b": 0.708}
 """Share of stable layouts in the paper's sub-dataset 2, before balancing."""
@@ -36,98 +28,13 @@ _THRESHOLD_T, _THRESHOLD_R = 9.9995, 9.9995
 
 _BINS = 10
 
-
-@row
-class ClassCount:
-    """One item class."""
-
-    item_class: int = column("class", left=True)
-    instances: int = column("item lists")
-    layouts: int = column(about="distinct geometries")
-    items: Estimate = column("items a layout", lambda items: fixed(items.value, 1))
-    stable: Estimate = column("stable cases %", percent)
-
-
-@row
-class SplitCount:
-    """One split in one scenario; ``split`` is None for labelled cases of no split."""
-
-    split: str | None = column(form=lambda split: split or "in none", left=True)
-    scenario: str = column()
-    instances: int = column("item lists")
-    cases: int = column()
-    stable: int = column()
-
-    @property
-    def unstable(self) -> int:
-        """Cases that fail."""
-        return self.cases - self.stable
-
-
-@row
-class NaturalStable:
-    """Share of layouts that can be loaded, before anything is balanced, in one scenario."""
-
-    scenario: str = column()
-    stable: Estimate = column("stable %", percent)
-    packings: Estimate = column(
-        "stable % of packings", percent, "a geometry counts as often as a heuristic gave it"
-    )
-    published: float | None = column("paper's %", plain_percent, "None where it has none")
-    criterion_paper: Estimate | None = column("stable % by the other criterion", percent)
-    other_label: Estimate | None = column(
-        "other failing step %", percent, "share of cases, between the two criteria"
-    )
-
-
-@row
-class SizeCount:
-    """Layouts with a number of items."""
-
-    items: int = column()
-    layouts: int = column()
-
-
-@row
-class ScoreBin:
-    """Cases whose failing step is at a share of the items; stable ones have their own bin."""
-
-    title: str = column()
-    shares: Mapping[str, float] = column("{}", about="of all cases, by scenario")
-
-
-@row
-class FailureReason:
-    """Reasons for which loadings fail: shares of the unstable cases of a scenario."""
-
-    reason: str = column("at the failing step")
-    shares: Mapping[str, Estimate] = column("{} %", percent)
-
-
-@row
-class Firmness:
-    """Confidence of the labels of a split in one scenario."""
-
-    split: str = column()
-    scenario: str = column()
-    robust: Estimate = column("robust %", percent, "share of robust labels")
-    confidence: Estimate = column("confidence %", percent, "the mean")
-    parts: Mapping[str, Estimate] = column("{} %", percent, "mean agreement by reason of doubt")
+_NO_SPLIT = "in none"
+"""Of labelled cases of no split."""
 
 
 class Found(SimpleNamespace):
     """All that the page shows."""
 
-    classes: Sequence[ClassCount]
-    splits: Sequence[SplitCount]
-    natural: Sequence[NaturalStable]
-    item_counts: Sequence[SizeCount]
-    scores: Sequence[ScoreBin]
-    both_labels: Sequence[QuestionShares]
-    reasons: Sequence[FailureReason]
-    firmness: Sequence[Firmness]
-    judges: Sequence[MethodAgreement]
-    disputes: Sequence[RobustDispute]
     made_with: Mapping[str, str]
 
 
@@ -137,37 +44,45 @@ def summarise(benchmark: Benchmark) -> Found:
     Raises:
         BenchmarkError: nothing is labelled.
     """
-    cases = benchmark.cases
+    cases, layouts = benchmark.cases, benchmark.layouts
     done = cases[cases["status"] == "done"]
     if done.empty:
         raise BenchmarkError("nothing in this set is labelled yet")
-    packings = benchmark.layouts["sources"].map(len)
-    done = done.assign(packings=packings.reindex(done["layout"]).to_numpy())
+    order = [*SPLITS, _NO_SPLIT, *map(str, Scenario)]
+    place = {name: number for number, name in enumerate(order)}
+    of_layout = layouts.assign(packings=layouts["sources"].map(len))
+    of_layout = of_layout[["packings", "item_class"]].reindex(done["layout"])
+    done = done.assign(
+        cluster=done["instance"],
+        split=done["split"].astype(object).fillna(_NO_SPLIT),
+        stable=done["failing_step"].isna(),
+        **{name: of_layout[name].to_numpy() for name in of_layout},
+    ).sort_values(["split", "scenario"], key=lambda own: own.map(place), kind="stable")
     scenarios = [str(s) for s in Scenario if (done["scenario"] == str(s)).any()]
-    counts = benchmark.layouts["sizes"].map(len) // 3
-    sizes = counts.value_counts().sort_index()
+    counts = layouts["sizes"].map(len) // 3
     said = verdicts_on_test(benchmark)
-    judges = agreements(said, scenarios)
+    judges, firmness = agreements(said), _firmness(benchmark, done)
     return Found(
-        layouts=len(benchmark.layouts),
+        layouts=len(layouts),
         cases=len(cases),
-        instances=benchmark.layouts["instance"].nunique(),
+        instances=layouts["instance"].nunique(),
         without_label=len(cases) - len(done),
-        scenarios=scenarios,
         heights={f"shares.{scenario}": scenario for scenario in scenarios},
-        classes=_classes(benchmark, done, counts),
-        splits=_splits(done, scenarios),
-        natural=[_natural(done[done["scenario"] == s], s) for s in scenarios],
-        item_counts=[SizeCount(int(items), int(count)) for items, count in sizes.items()],
+        classes=_classes(layouts.assign(items=counts), done),
+        splits=_splits(done),
+        natural=_natural(done),
+        item_counts=[
+            {"items": int(items), "layouts": int(count)}
+            for items, count in counts.value_counts().sort_index().items()
+        ],
         scores=_scores({s: done[done["scenario"] == s] for s in scenarios}),
         both_labels=question_shares(benchmark),
-        reasons=_reasons(done, scenarios),
-        firmness=_firmness(benchmark, done, scenarios),
+        reasons=_reasons(done),
+        firmness=firmness,
+        firm=list(firmness.loc[firmness["split"] == "test", "robust"]),
         judges=judges,
-        engines_asked=any(
-            judge.robust is not None and judge.robust.n > 0
-            for judge in judges
-            if judge.reason == str(Reason.ENGINE)
+        engines_asked=bool(
+            judges.loc[judges["reason"] == str(Reason.ENGINE), "right_robust"].notna().any()
         ),
         disputes=disputes(benchmark, said),
         notes=benchmark.notes,
@@ -175,55 +90,50 @@ def summarise(benchmark: Benchmark) -> Found:
     )
 
 
-def _classes(benchmark: Benchmark, done: pd.DataFrame, counts: pd.Series) -> list[ClassCount]:
-    rows = []
-    classes = benchmark.layouts["item_class"].reindex(done["layout"]).to_numpy()
-    for number, group in benchmark.layouts.groupby("item_class"):
-        own = done[classes == number]
-        rows.append(
-            ClassCount(
-                item_class=int(number),
-                instances=group["instance"].nunique(),
-                layouts=len(group),
-                items=mean(counts[group.index], group["instance"]),
-                stable=share(own["failing_step"].isna(), own["instance"]),
-            )
-        )
-    return rows
+def _classes(layouts: pd.DataFrame, done: pd.DataFrame) -> pd.DataFrame:
+    rows = layouts.groupby("item_class")
+    found = {
+        "lists": rows["instance"].nunique(),
+        "layouts": rows.size(),
+        "mean_items": rows["items"].mean(),
+        "stable": v.share(done, "stable", ["item_class"]),
+    }
+    return pd.DataFrame(found, rows.size().index).reset_index()
 
 
-def _splits(done: pd.DataFrame, scenarios: list[str]) -> list[SplitCount]:
-    rows = []
-    for split in (*SPLITS, None):
-        own = done[done["split"].isna() if split is None else done["split"] == split]
-        for scenario in scenarios:
-            part = own[own["scenario"] == scenario]
-            stable = int(part["failing_step"].isna().sum())
-            lists = part["instance"].nunique()
-            rows += [SplitCount(split, scenario, lists, len(part), stable)] if lists else []
-    return rows
+def _splits(done: pd.DataFrame) -> pd.DataFrame:
+    rows = done.groupby(["split", "scenario"], sort=False)
+    stable = rows["stable"].sum()
+    found = {
+        "lists": rows["instance"].nunique(),
+        "cases": rows.size(),
+        "stable_cases": stable,
+        "unstable_cases": rows.size() - stable,
+    }
+    return pd.DataFrame(found).reset_index()
 
 
-def _natural(done: pd.DataFrame, scenario: str) -> NaturalStable:
-    known = not done["failing_step_paper"].isna().all()
-    stable, paper = done["failing_step"].fillna(-1), done["failing_step_paper"].fillna(-1)
-    return NaturalStable(
-        scenario=scenario,
-        stable=share(stable == -1, done["instance"]),
-        packings=_of_packings(stable == -1, done["packings"], done["instance"]),
-        criterion_paper=share(paper == -1, done["instance"]) if known else None,
-        other_label=share(stable != paper, done["instance"]) if known else None,
-        published=PUBLISHED_STABLE.get(scenario),
+def _natural(done: pd.DataFrame) -> pd.DataFrame:
+    """Shares of stable layouts by scenario, before anything is balanced."""
+    by, paper = ["scenario"], done["failing_step_paper"]
+    done = done.sort_values("scenario", kind="stable").assign(
+        by_paper=paper.isna(), other_label=done["failing_step"].fillna(-1) != paper.fillna(-1)
     )
+    known = done[done.groupby("scenario")["failing_step_paper"].transform("count") > 0]
+    packed = done.loc[done.index.repeat(done["packings"])]
+    found = pd.DataFrame(
+        {
+            "stable": v.share(done, "stable", by),
+            "of_packings": v.share(packed, "stable", by),
+            "by_paper": v.share(known, "by_paper", by),
+            "other_label": v.share(known, "other_label", by),
+        },
+        pd.Index(done["scenario"].unique(), name="scenario"),
+    )
+    return found.assign(published=found.index.map(PUBLISHED_STABLE)).reset_index()
 
 
-def _of_packings(stable: pd.Series, packings: pd.Series, instances: pd.Series) -> Estimate:
-    """Share of stable cases when every packing counts, as files of the published set do."""
-    rows = stable.index.repeat(packings)
-    return share(stable.loc[rows], instances.loc[rows])
-
-
-def _scores(done: Mapping[str, pd.DataFrame]) -> list[ScoreBin]:
+def _scores(done: Mapping[str, pd.DataFrame]) -> list[dict[str, Any]]:
     """Cases of each scenario by loading stability: ten bins below 1, and the stable ones."""
     counts = {}
     for scenario, own in done.items():
@@ -233,64 +143,42 @@ def _scores(done: Mapping[str, pd.DataFrame]) -> list[ScoreBin]:
         counts[scenario] = [*np.bincount(tenth, minlength=_BINS), len(own) - len(failed)]
     titles = [*(f"{k / _BINS:.1f}-{(k + 1) / _BINS:.1f}" for k in range(_BINS)), STABLE]
     return [
-        ScoreBin(title, {s: float(found[k] / max(1, sum(found))) for s, found in counts.items()})
+        {"title": title, "shares": {s: float(n[k] / max(1, sum(n))) for s, n in counts.items()}}
         for k, title in enumerate(titles)
     ]
 
 
-def _reasons(done: pd.DataFrame, scenarios: list[str]) -> list[FailureReason]:
+def _reasons(done: pd.DataFrame) -> pd.DataFrame:
     """Events at the failing step, as shares of the unstable cases."""
     known = done["corner_last"].notna() & done["margin"].notna()
-    failed = done[done["failing_step"].notna() & known]
-    if failed.empty:
-        return []
-    rows = pd.DataFrame([_at_failure(row) for row in failed.itertuples(index=False)], failed.index)
-    titles = {
-        "shift": "beyond 10 cm only",
-        "turn": "beyond 10 degrees only",
-        "both": "beyond both",
-        "placed": "the item just placed moves furthest",
-        "balance": "no equilibrium (margin below 0)",
-        "recent": "at the last item of the layout",
-    }
-    own = {scenario: failed["scenario"] == scenario for scenario in scenarios}
-    return [
-        FailureReason(
-            title, {s: share(rows[key][here], failed["instance"][here]) for s, here in own.items()}
-        )
-        for key, title in titles.items()
-    ]
+    failed = done[~done["stable"] & known]
+    events = pd.DataFrame([_at_failure(row) for row in failed.itertuples()], failed.index)
+    rows = failed[["scenario", "cluster"]].join(events)
+    found = pd.DataFrame({title: v.share(rows, title, ["scenario"]) for title in events}).T
+    return found.rename(columns="scenario_right:{}".format).rename_axis("event").reset_index()
 
 
-def _at_failure(row: object) -> dict[str, bool]:
-    step = int(row.failing_step)  # type: ignore[attr-defined]
-    shift = row.corner_last[step] > _THRESHOLD_T  # type: ignore[attr-defined]
-    turn = row.angle_last[step] > _THRESHOLD_R  # type: ignore[attr-defined]
+def _at_failure(row: Any) -> dict[str, bool]:
+    step = int(row.failing_step)
+    shift, turn = row.corner_last[step] > _THRESHOLD_T, row.angle_last[step] > _THRESHOLD_R
     return {
-        "shift": bool(shift and not turn),
-        "turn": bool(turn and not shift),
-        "both": bool(shift and turn),
-        "placed": int(row.moved[step]) == step,  # type: ignore[attr-defined]
-        "balance": bool(row.margin[step] < 0.0),  # type: ignore[attr-defined]
-        "recent": step == int(row.item_count) - 1,  # type: ignore[attr-defined]
+        "beyond 10 cm only": bool(shift and not turn),
+        "beyond 10 degrees only": bool(turn and not shift),
+        "beyond both": bool(shift and turn),
+        "the item just placed moves furthest": int(row.moved[step]) == step,
+        "no equilibrium (margin below 0)": bool(row.margin[step] < 0.0),
+        "at the last item of the layout": step == int(row.item_count) - 1,
     }
 
 
-def _firmness(benchmark: Benchmark, done: pd.DataFrame, scenarios: list[str]) -> list[Firmness]:
+def _firmness(benchmark: Benchmark, done: pd.DataFrame) -> pd.DataFrame:
+    """Confidence of the labels by split and scenario."""
     known = done.merge(benchmark.confidence_on(Question.WITHIN).reset_index(), on=KEYS, how="inner")
-    known = known[known["robust"].notna()]
-    rows = []
-    for split in HELD_OUT:
-        for scenario in scenarios:
-            own = known[(known["split"] == split) & (known["scenario"] == scenario)]
-            if len(own):
-                rows.append(
-                    Firmness(
-                        split=split,
-                        scenario=scenario,
-                        confidence=mean(own["confidence"], own["instance"]),
-                        robust=share(own["robust"].astype(bool), own["instance"]),
-                        parts={str(r): mean(own[str(r)], own["instance"]) for r in ENSEMBLE},
-                    )
-                )
-    return rows
+    known = known[known["robust"].notna() & known["split"].isin(list(HELD_OUT))]
+    known, by = known.assign(robust=known["robust"].astype(bool)), ["split", "scenario"]
+    found = {
+        "robust": v.share(known, "robust", by),
+        "confidence": v.mean(known, "confidence", by),
+        **{f"part:{reason}": v.mean(known, str(reason), by) for reason in ENSEMBLE},
+    }
+    return pd.DataFrame(found, known.groupby(by, sort=False).size().index).reset_index()

@@ -3,64 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from functools import partial
 
 import pandas as pd
 
 from steadyload.layouts.benchmark.confidence import ENSEMBLE, Reason, agrees
 from steadyload.layouts.benchmark.dataset import KEYS, Benchmark
 from steadyload.layouts.model.question import Question
-from steadyload.reports.columns import column, fixed, percent, row
-from steadyload.statistics.estimate import Estimate
-from steadyload.statistics.metrics import share
+from steadyload.reports import frames
+from steadyload.reports.columns import fixed
+from steadyload.runs import frames as v
 from steadyload.statistics.placed import items_placed_by_case
 
 STABLE = "stable"
 
 
-@row
-class MethodAgreement:
-    """Agreement of one further method with the labels of the test split."""
-
-    judge: str = column()
-    reason: str = column()
-    by_scenario: Mapping[str, Estimate] = column("{} %", percent)
-    pooled: Estimate = column("all %", percent)
-    robust: Estimate | None = column(
-        "robust labels %", percent, "of these alone; None for the ensemble that defines them"
-    )
-    earlier: int = column()
-    later: int = column()
-    without_verdict: int = column("no verdict")
-
-    @property
-    def title(self) -> str:
-        """The judge, and the reason of doubt that it stands for."""
-        return f"{self.judge} ({self.reason})"
-
-
-def _movement(value: float | None, digits: int = 1) -> str:
-    return "none" if value is not None and math.isinf(value) else fixed(value, digits)
-
-
-@row
-class RobustDispute:
-    """A robust label that an engine disagrees with.
-
-    How far the reference moved at the step at which the two part, and the margin of equilibrium
-    there; None where the reference did not record the step.
-    """
-
-    layout: str = column()
-    scenario: str = column()
-    item_count: int = column("items")
-    label: str = column(left=False)
-    said: Mapping[str, str] = column("{}", about="failing step by each engine")
-    step: int = column()
-    corner_cm: float | None = column("corner cm", _movement)
-    angle_deg: float | None = column("angle deg", _movement)
-    margin_cm: float | None = column("margin cm", partial(_movement, digits=2))
+def _movement(value: float, digits: int) -> str:
+    return "none" if math.isinf(value) else fixed(value, digits)
 
 
 def verdicts_on_test(benchmark: Benchmark) -> pd.DataFrame:
@@ -75,38 +33,43 @@ def verdicts_on_test(benchmark: Benchmark) -> pd.DataFrame:
     return said.assign(agrees=agrees(benchmark.labels_on(Question.WITHIN), said).to_numpy())
 
 
-def agreements(said: pd.DataFrame, scenarios: list[str]) -> list[MethodAgreement]:
+def agreements(said: pd.DataFrame) -> pd.DataFrame:
     """Agreement of every further method, from the rows of :func:`verdicts_on_test`."""
-    rows = []
-    for reason in map(str, Reason):
-        part = said[said["reason"] == reason]
-        for judge in part["judge"].unique():
-            own = part[part["judge"] == judge]
-            firm = own[own["robust"].fillna(False).astype(bool)]
-            answered = own[own["status"] == "done"]
-            label = items_placed_by_case(answered["label"], answered["item_count"])
-            step = items_placed_by_case(answered["failing_step"], answered["item_count"])
-            rows.append(
-                MethodAgreement(
-                    reason=reason,
-                    judge=str(judge),
-                    by_scenario={s: _agreeing(own[own["scenario"] == s]) for s in scenarios},
-                    pooled=_agreeing(own),
-                    robust=None if reason in map(str, ENSEMBLE) else _agreeing(firm),
-                    earlier=int((step < label).sum()),
-                    later=int((step > label).sum()),
-                    without_verdict=len(own) - len(answered),
-                )
-            )
-    return rows
+    place = {str(reason): number for number, reason in enumerate(Reason)}
+    said = said.sort_values("reason", key=lambda own: own.map(place), kind="stable")
+    answered = said["status"] == "done"
+    label = items_placed_by_case(said["label"], said["item_count"])
+    step = items_placed_by_case(said["failing_step"], said["item_count"])
+    said = said.assign(
+        cluster=said["instance"],
+        earlier=answered & (step < label),
+        later=answered & (step > label),
+        unknown=~answered,
+    )
+    by = ["judge", "reason"]
+    rows = said.groupby(by, sort=False, observed=True)
+    firm = said["robust"].fillna(False).astype(bool) & ~said["reason"].isin(map(str, ENSEMBLE))
+    each = v.share(said.sort_values("scenario", kind="stable"), "agrees", [*by, "scenario"])
+    found = pd.DataFrame(
+        {
+            "pooled": v.share(said, "agrees", by),
+            "right_robust": v.share(said[firm], "agrees", by),
+            "earlier": rows["earlier"].sum(),
+            "later": rows["later"].sum(),
+            "unknown": rows["unknown"].sum(),
+        },
+        rows.size().index,
+    )
+    found = found.join(frames.across(each, "scenario", "scenario_right")).reset_index()
+    return found.assign(title=found["judge"] + " (" + found["reason"] + ")")
 
 
-def _agreeing(verdicts: pd.DataFrame) -> Estimate:
-    return share(verdicts["agrees"], verdicts["instance"])
+def disputes(benchmark: Benchmark, said: pd.DataFrame) -> pd.DataFrame:
+    """Robust labels of the test split that some engine disagrees with.
 
-
-def disputes(benchmark: Benchmark, said: pd.DataFrame) -> list[RobustDispute]:
-    """Robust labels of the test split that some engine disagrees with."""
+    How far the reference moved at the step at which the two part, and the margin of equilibrium
+    there, are missing where the reference did not record the step.
+    """
     engines = said[(said["reason"] == str(Reason.ENGINE)) & said["robust"].fillna(False)]
     traces = benchmark.cases.set_index(KEYS)
     rows = []
@@ -117,20 +80,29 @@ def disputes(benchmark: Benchmark, said: pd.DataFrame) -> list[RobustDispute]:
         steps = (count - 1, case["failing_step"], *group["failing_step"])
         first = min(int(step) for step in steps if not pd.isna(step))
         seen = case["corner_last"] is not None and first < len(case["corner_last"])
+        moved = {
+            "corner": ("corner_last", 1),
+            "angle": ("angle_last", 1),
+            "apart_by": ("margin", 2),
+        }
         rows.append(
-            RobustDispute(
-                layout=str(name),
-                scenario=str(scenario),
-                item_count=count,
-                label=_said(case["failing_step"], "done"),
-                said={str(v.judge): _said(v.failing_step, v.status) for v in every.itertuples()},
-                step=first,
-                corner_cm=float(case["corner_last"][first]) if seen else None,
-                angle_deg=float(case["angle_last"][first]) if seen else None,
-                margin_cm=float(case["margin"][first]) if seen else None,
-            )
+            {
+                "layout": name,
+                "scenario": scenario,
+                "items": count,
+                "step": _said(case["failing_step"], "done"),
+                "apart_at": first,
+                **{
+                    f"said_of:{v.judge}": _said(v.failing_step, v.status)
+                    for v in every.itertuples()
+                },
+                **{
+                    title: _movement(case[column][first], digits) if seen else None
+                    for title, (column, digits) in moved.items()
+                },
+            }
         )
-    return rows
+    return pd.DataFrame(rows)
 
 
 def _said(step: object, status: str) -> str:
