@@ -265,6 +265,16 @@ COLUMNS: Mapping[str, Shown] = {
     "p_stands": Shown("P %", _percent),
     "firm": Shown("P 95 % or more %", _percent),
     "p_least": Shown("least P %", forms.plain_percent),
+    # Errors of engines
+    "test": Shown("test"),
+    "error_unit": Shown("error in"),
+    "rate": Shown("substeps", left=False),
+    "value": Shown("found", forms.general),
+    "error": Shown("error"),
+    "error_shown": Shown("error", left=False),
+    "error_of": Shown("{}"),
+    "best": Shown("best other"),
+    "why": Shown("why"),
     # A labelled set
     "item_class": Shown("class", left=True),
     "mean_items": Shown("items a layout", partial(forms.fixed, digits=1)),

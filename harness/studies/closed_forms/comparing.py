@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict
 from types import MappingProxyType, SimpleNamespace
-from typing import NamedTuple
+from typing import Any
+
+import pandas as pd
 
 from steadyload.properties.closed_form_tests import (
     ClosedFormResult,
@@ -12,10 +16,10 @@ from steadyload.properties.closed_form_tests import (
     closed_form_tests,
     rocking_tests,
 )
-from steadyload.reports.columns import cell, column, compact, general, row
+from steadyload.reports import frames
+from steadyload.reports.columns import compact
 from steadyload.studies.closed_form_errors import (
     OWN_STEPS,
-    ErrorPoint,
     errors_by_argument,
     errors_by_frequency,
     hertz,
@@ -26,89 +30,10 @@ _RIGHT_WITHIN = 1.0
 a test (mm or degrees) whose errors are not relative."""
 
 
-class Score(NamedTuple):
-    """How many of the tests that are defined for an engine it meets at its highest frequency."""
-
-    engine: str
-    frequency: str
-    right: int
-    of: int
-
-    @property
-    def share(self) -> float:
-        """Of the tests, those that it meets."""
-        return self.right / self.of
-
-
-@row
-class Errors:
-    """Errors in a test, by engine at its highest frequency."""
-
-    test: str = column()
-    unit: str = column("error in")
-    errors: Mapping[str, str] = column("{}")
-
-
-@row
-class Rocked:
-    """Of every series of a rocking block, the largest error of an engine at a frequency, in %."""
-
-    engine: str = column()
-    frequency: int | None = column("substeps", hertz)
-    errors: Mapping[str, str] = column("{}")
-
-
-@row
-class Beaten:
-    """A test in which an engine that chooses its own steps is not the best, and why."""
-
-    test: str = column()
-    engine: str = column()
-    error: str = column()
-    best: str = column("best other")
-    unit: str = column("in")
-    why: str = column()
-
-
-@row
-class Run:
-    """A value found by an engine at a frequency, and its errors in all tests of the series."""
-
-    engine: str = column()
-    frequency: int | None = column("substeps", hertz)
-    found: float | None = column("found", general)
-    error: str = column(left=False)
-    errors: Mapping[str, str] = column("{}")
-
-
-@row
-class Series:
-    """Tests that differ in one number, or a single one, with their results."""
-
-    tests: Sequence[ClosedFormTest]
-    runs: Sequence[Run]
-    points: Sequence[ErrorPoint]
-
-    @property
-    def first(self) -> ClosedFormTest:
-        """The first test."""
-        return self.tests[0]
-
-    @property
-    def is_wide(self) -> bool:
-        """Whether the number spans more than a decade."""
-        return (self.tests[-1].argument or 0.0) > 10 * (self.first.argument or 0.0)
-
-
 class Found(SimpleNamespace):
     """All that the page shows."""
 
-    scores: Sequence[Score]
-    overview: Sequence[Errors]
-    rocked: Sequence[Rocked]
-    points: Sequence[ErrorPoint]
-    beaten: Sequence[Beaten]
-    series: Sequence[Series]
+    left_out: Mapping[str, str]
     made_with: Mapping[str, str]
 
 
@@ -130,13 +55,24 @@ def compare(
     for test in tests:
         series.setdefault(test.series, []).append(test)
     middle = [group[len(group) // 2] for group in series.values()]
+    frame = _frame(results, tests)
+    highest = frame.groupby("engine")["frequency"].transform("max")
+    finest = frame[(frame["frequency"] == highest) | highest.isna()]
     return Found(
-        scores=_scores(tests, results),
-        overview=_overview(tests, results),
-        rocked=_rocked(results),
+        scores=_scores(finest[finest["defined"]]),
+        overview=_overview(finest),
+        rocked=_rocked(frame),
         points=errors_by_frequency(middle, results),
-        beaten=list(_beaten(tests, results)),
-        series=[_series(group, results) for group in series.values()],
+        beaten=pd.DataFrame(_beaten(tests, frame)),
+        series=[
+            {
+                "tests": group,
+                "runs": _runs(frame[frame["series"] == name]),
+                "points": errors_by_argument(group, results) if len(group) > 1 else [],
+                "is_wide": (group[-1].argument or 0.0) > 10 * (group[0].argument or 0.0),
+            }
+            for name, group in series.items()
+        ],
         made_with=made_with,
         left_out=left_out,
         right_within=_RIGHT_WITHIN,
@@ -144,13 +80,24 @@ def compare(
     )
 
 
-def _scores(tests: Sequence[ClosedFormTest], results: Sequence[ClosedFormResult]) -> list[Score]:
-    known, scores = {test.name: test for test in tests}, []
-    for engine, finest in _finest_of(results).items():
-        asked = [r for r in results if (r.engine, r.frequency) == (engine, finest) and r.defined]
-        right = sum(_is_right(known[r.test], r) for r in asked)
-        scores.append(Score(engine, hertz(finest), right, len(asked)))
-    return scores
+def _frame(results: Sequence[ClosedFormResult], tests: Sequence[ClosedFormTest]) -> pd.DataFrame:
+    """A row a result; ``off``: the size of its error, endless without one."""
+    known = {test.name: test for test in tests}
+    return pd.DataFrame(
+        asdict(r)
+        | {
+            "series": test.series,
+            "argument": "" if test.argument is None else f"{test.argument_name} {test.argument:g}",
+            "error_unit": test.error_unit,
+            "rate": hertz(r.frequency),
+            "defined": r.defined,
+            "right": _is_right(test, r),
+            "error": _error(test, r),
+            "off": math.inf if r.error is None else abs(r.error),
+        }
+        for r in results
+        for test in [known[r.test]]
+    ).astype({"frequency": float})
 
 
 def _is_right(test: ClosedFormTest, result: ClosedFormResult) -> bool:
@@ -160,104 +107,60 @@ def _is_right(test: ClosedFormTest, result: ClosedFormResult) -> bool:
     return abs(result.error) <= max(_RIGHT_WITHIN, share, test.resolution)
 
 
-def _overview(tests: Sequence[ClosedFormTest], results: Sequence[ClosedFormResult]) -> list[Errors]:
-    found = {(r.test, r.engine, r.frequency): r for r in results}
-    finest = _finest_of(results)
-    return [
-        Errors(
-            test.name,
-            test.error_unit,
-            {
-                f"{engine}, {hertz(frequency)}": _error(
-                    test, found.get((test.name, engine, frequency))
-                )
-                for engine, frequency in finest.items()
-            },
-        )
-        for test in tests
-    ]
-
-
-def _rocked(results: Sequence[ClosedFormResult]) -> list[Rocked]:
-    found = {(r.test, r.engine, r.frequency): r for r in results}
-    series: dict[str, list[ClosedFormTest]] = {}
-    for test in rocking_tests():
-        series.setdefault(test.series, []).append(test)
-
-    def largest(tests: Sequence[ClosedFormTest], engine: str, frequency: int | None) -> str:
-        own = [found[test.name, engine, frequency] for test in tests]
-        first, *_ = sorted(own, key=lambda r: (r.error is not None, -_size(r)))
-        return _error(tests[0], first)
-
-    return [
-        Rocked(
-            engine,
-            frequency,
-            {name: largest(tests, engine, frequency) for name, tests in series.items()},
-        )
-        for engine, frequency in dict.fromkeys((r.engine, r.frequency) for r in results)
-        if all((t.name, engine, frequency) in found for tests in series.values() for t in tests)
-    ]
-
-
-def _beaten(
-    tests: Sequence[ClosedFormTest], results: Sequence[ClosedFormResult]
-) -> Iterable[Beaten]:
-    for test in tests:
-        mine = [r for r in results if r.test == test.name and r.error is not None]
-        fixed = [r for r in mine if r.frequency is not None]
-        finest = _finest(fixed)
-        others = [r for r in fixed if r.frequency == finest]
-        best = min(others, key=_size, default=None)
-        for r in mine:
-            if best and r.frequency is None and _size(r) > max(_size(best), test.resolution):
-                beaten_by = f"{_error(test, best)} ({best.engine}, {hertz(finest)})"
-                yield Beaten(
-                    test.name, r.engine, _error(test, r), beaten_by, test.error_unit, test.when_soft
-                )
-
-
-def _series(tests: Sequence[ClosedFormTest], results: Sequence[ClosedFormResult]) -> Series:
-    first, found = tests[0], {(r.test, r.engine, r.frequency): r for r in results}
-    runs = [
-        Run(
-            r.engine,
-            r.frequency,
-            r.found,
-            _error(first, r),
-            {
-                f"{test.argument_name} {test.argument:g}": _error(
-                    test, found.get((test.name, r.engine, r.frequency))
-                )
-                for test in tests
-                if test.argument is not None
-            },
-        )
-        for r in results
-        if r.test == first.name
-    ]
-    return Series(tests, runs, errors_by_argument(tests, results) if len(tests) > 1 else [])
-
-
-def _error(test: ClosedFormTest, result: ClosedFormResult | None) -> str:
+def _error(test: ClosedFormTest, result: ClosedFormResult) -> str:
     """The error as text, the reason why there is none, or that it is below the resolution."""
-    if result is None:
-        return cell(None)
     if result.error is None:
         return result.note
-    return f"< {test.resolution:g}" if _size(result) < test.resolution else compact(result.error)
+    small = abs(result.error) < test.resolution
+    return f"< {test.resolution:g}" if small else compact(result.error)
 
 
-def _size(result: ClosedFormResult) -> float:
-    return abs(result.error or 0.0)
+def _scores(asked: pd.DataFrame) -> list[dict[str, Any]]:
+    """How many of the tests that are defined for an engine it meets at its highest frequency."""
+    rows = asked.groupby("engine", sort=False)["right"]
+    found = pd.DataFrame({"right": rows.sum(), "of": rows.size(), "share": rows.mean()})
+    return found.reset_index().to_dict("records")
 
 
-def _finest_of(results: Sequence[ClosedFormResult]) -> dict[str, int | None]:
-    """The highest frequency of every engine."""
-    engines = dict.fromkeys(r.engine for r in results)
-    return {engine: _finest(r for r in results if r.engine == engine) for engine in engines}
+def _overview(finest: pd.DataFrame) -> pd.DataFrame:
+    """Errors in every test, by engine at its highest frequency."""
+    at = finest["engine"] + ", " + finest["rate"]
+    errors = finest.assign(at=at).set_index(["test", "at"])["error"]
+    units = finest.drop_duplicates("test").set_index("test")[["error_unit"]]
+    return units.join(frames.across(errors, "at", "error_of")).reset_index()
 
 
-def _finest(results: Iterable[ClosedFormResult]) -> int | None:
-    """The highest frequency; None for an engine that chooses its own steps."""
-    return max((r.frequency for r in results if r.frequency is not None), default=None)
+def _across(rows: pd.DataFrame, by: str) -> pd.DataFrame:
+    """Errors of every engine and frequency, side by side."""
+    runs = ["engine", "rate"]
+    wide = frames.across(rows.set_index([*runs, by])["error"], by, "error_of")
+    return wide.loc[pd.MultiIndex.from_frame(rows[runs].drop_duplicates())].reset_index()
+
+
+def _rocked(frame: pd.DataFrame) -> pd.DataFrame:
+    """The largest error in every series of a rocking block, of those that have all tests."""
+    names = [test.name for test in rocking_tests()]
+    own, run = frame[frame["test"].isin(names)], ["engine", "rate"]
+    whole = own[own.groupby(run)["test"].transform("size") == len(names)]
+    return _across(whole.loc[whole.groupby([*run, "series"], sort=False)["off"].idxmax()], "series")
+
+
+def _beaten(tests: Sequence[ClosedFormTest], frame: pd.DataFrame) -> Iterable[dict[str, Any]]:
+    """Tests in which an engine that chooses its own steps is not the best, and why."""
+    for test in tests:
+        mine = frame[(frame["test"] == test.name) & (frame["off"] < math.inf)]
+        others = mine[mine["frequency"] == mine["frequency"].max()]
+        if others.empty:
+            continue
+        best = others.loc[others["off"].idxmin()]
+        is_worse = mine["frequency"].isna() & (mine["off"] > max(best["off"], test.resolution))
+        for own in mine[is_worse].to_dict("records"):
+            beaten_by = f"{best['error']} ({best['engine']}, {best['rate']})"
+            yield own | {"best": beaten_by, "why": test.when_soft}
+
+
+def _runs(own: pd.DataFrame) -> pd.DataFrame:
+    """Results in a single test, or errors in those of a series side by side."""
+    if own["test"].nunique() > 1:
+        return _across(own, "argument")
+    return own.assign(value=own["found"], error_shown=own["error"])
