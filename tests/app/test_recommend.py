@@ -24,7 +24,7 @@ from steadyload.app.recommend.kept import load_fronts, merged, write_fronts
 from steadyload.atomic import manifest_text, verified_manifest
 from steadyload.cli import main
 from steadyload.layouts.benchmark import load_benchmark
-from steadyload.layouts.model.question import Question
+from steadyload.layouts.model.question import Question, with_question
 from steadyload.learners.weights import SHIPPED as SHIPPED_WEIGHTS
 from steadyload.methods.cascade.thresholds import FILE
 from steadyload.methods.registry import make_method
@@ -496,5 +496,5 @@ def test_what_is_known_of_small_layouts_can_be_measured_again():
     asked = {str(make_method(spec).spec) for spec in study.methods}
     known = [f for f in load_fronts() if f.most <= 20]
     assert {m.method for front in known for m in front.measured} <= asked
-    fitted = set(json.loads(FILE.read_text())) - {"checksum"}
-    assert {f"cascade@{key}" for key in fitted} <= asked
+    fitted = json.loads(FILE.read_text())["fitted"]
+    assert {with_question(f"cascade@{one['engine']}", one["question"]) for one in fitted} <= asked

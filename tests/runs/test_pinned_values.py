@@ -150,7 +150,7 @@ EXPECTED = {
         "mujoco stands": "1116bd121997491d 5ca2bcf8563d80a5",
         "rapier stands": "adb93c576222f21e c9d78db9b0868264",
     },
-    "fronts": {"within": "a59280452bd3d789", "stands": "65295c9914349587"},
+    "fronts": {"within": "b4961f87a9f83860", "stands": "89c4cb0b4f0fb8f6"},
     "keys": {
         "run on None": "9730eb5921a35ac6",
         "run on planar": "3349f79886637103",

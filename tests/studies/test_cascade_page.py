@@ -7,6 +7,7 @@ import pandas as pd
 import pytest
 
 from steadyload.layouts.benchmark import load_benchmark
+from steadyload.layouts.benchmark.parts import Part
 from steadyload.methods.cascade.thresholds import (
     Ladder,
     Larger,
@@ -193,6 +194,9 @@ def test_an_aim_is_decided_by_the_interval(ahead, answer, study):
 
 def test_the_package_s_cascade_is_judged_on_a_set_of_its_own(tmp_path, monkeypatch):
     """Its thresholds are fitted on a set that has no test part."""
+    published = {"CASCADE": "cascade@mujoco", "DIRECTORY": "lists", "PART": Part.TEST}
+    for name, value in published.items():
+        monkeypatch.setattr(comparing, name, value)  # those of the other tests go on
     monkeypatch.setattr(comparing, "BESIDE", ("fbs", "ps_opt@mujoco"))
     record = Cascade(limit=2).run(Lab(tmp_path, 0))
     assert (record.part, record.cases) == ("lists test", 6)
