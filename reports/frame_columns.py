@@ -275,6 +275,16 @@ COLUMNS: Mapping[str, Shown] = {
     "error_of": Shown("{}"),
     "best": Shown("best other"),
     "why": Shown("why"),
+    # Sessions
+    "bins": Shown("bins a list", _two),
+    "asked": Shown("judged an item", partial(forms.significant, digits=2)),
+    "rejected": Shown("rejected an item", partial(forms.significant, digits=2)),
+    "judging": Shown("of this judging", forms.milliseconds),
+    "scene": Shown("scene"),
+    "ms_at": Shown("ms at {}", forms.significant),
+    "growth": Shown("exponent", _two),
+    "whole_layout": Shown("whole layout, ms at 200", forms.significant),
+    "over_session": Shown("over session", partial(forms.significant, digits=2)),
     # A labelled set
     "item_class": Shown("class", left=True),
     "mean_items": Shown("items a layout", partial(forms.fixed, digits=1)),

@@ -1,5 +1,7 @@
 """Heuristics that ask before they take a place, and what that gains and costs."""
 
+import math
+
 import pytest
 
 from steadyload.layouts.packing.heuristics import HEURISTICS, pack_bins
@@ -12,7 +14,7 @@ from steadyload.studies.kit import Lab
 from steadyload.studies.session import placing
 from steadyload.studies.session.packing_gains import PACKED_BY, packing_gains
 from steadyload.studies.session.placing import SCENES, session_curves
-from steadyload.studies.session.showing import Found
+from steadyload.studies.session.showing import shown
 from steadyload.studies.session.study import Session
 
 
@@ -84,9 +86,9 @@ def test_bins_that_are_packed_stably_can_be_loaded(spec):
 def gains(tmp_path_factory):
     lab = Lab(tmp_path_factory.mktemp("gains"))
     asked = {"judge": "equilibrium", "instances": 1, "heuristics": PACKED_BY[:2]}
-    tasks = packing_gains(lab, ["fbs"], **asked)
-    assert packing_gains(lab, ["fbs"], **asked) == tasks
-    return tasks
+    found = packing_gains(lab, ["fbs"], **asked)
+    assert packing_gains(lab, ["fbs"], **asked).equals(found)
+    return found
 
 
 @pytest.fixture(scope="module")
@@ -97,28 +99,31 @@ def curves(tmp_path_factory):
     return found[0]
 
 
-def test_a_method_that_rejects_gains_stable_bins(gains):
-    assert len(gains) == len(ITEM_CLASSES)
-    nobody, strict = gains[0].nobody, gains[0].best
-    assert gains[0].gains == (nobody, strict)
-    assert (nobody.method, nobody.rejected, strict.method.spec) == (None, None, "fbs")
-    assert strict.stable.value == 1.0  # full support is balance
-    assert nobody.stable.value < 1.0
+@pytest.fixture(scope="module")
+def found(gains, curves):
+    return shown(curves, gains, {})
+
+
+def test_a_method_that_rejects_gains_stable_bins(found):
+    assert len(found.tasks) == len(ITEM_CLASSES)
+    assert [one["title"] for one in found.first] == ["nobody", "FBS"]
+    assert (found.nobody.title, found.best.title) == ("nobody", "FBS")
+    assert math.isnan(found.nobody.rejected)
+    assert found.best.stable.value == 1.0  # full support is balance
+    assert found.nobody.stable.value < 1.0
 
 
 def test_costs_are_measured_in_every_scene(curves):
     assert [curve.scene for curve in curves] == [scene.name for scene in SCENES for _ in range(2)]
-    assert [[p.items for p in curve.points] for curve in curves] == [[20, 40]] * 6
-    assert all(min(p.placement, p.whole) > 0.0 for curve in curves for p in curve.points)
+    assert [[p[0] for p in curve.points] for curve in curves] == [[20, 40]] * 6
+    assert all(min(p[1:]) > 0.0 for curve in curves for p in curve.points)
 
 
-def test_the_page_shows_what_was_found(gains, curves, assert_shown):
-    nobody, best = gains[0].nobody, gains[0].best
+def test_the_page_shows_what_was_found(found, assert_shown):
     assert_shown(
         Session(),
-        Found(curves, gains, {}),
-        answer=[percent(best.stable), plain_percent(nobody.stable.value)],
-        tables=[curves, *(task.gains for task in gains)],
+        found,
+        answer=[percent(found.best.stable), plain_percent(found.nobody.stable.value)],
         charts=["placements", "stable"],
     )
 
@@ -129,7 +134,7 @@ def test_a_placement_costs_its_own_box_and_substeps(told_time, tmp_path):
     each = 20.0 + 6 * 1.0  # milliseconds of adding a box and of 0.1 s at 60 Hz
     curves, _ = session_curves(Lab(tmp_path), [spec], count=40)
     for curve in curves:
-        assert [(p.items, p.placement, p.whole) for p in curve.points] == [
+        assert [tuple(point) for point in curve.points] == [
             (20, pytest.approx(each), pytest.approx(20 * each)),
             (40, pytest.approx(each), pytest.approx(40 * each)),
         ]

@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from functools import cache, partial
-from itertools import chain
+from dataclasses import asdict, dataclass
+from functools import cache
+
+import pandas as pd
 
 from steadyload.layouts.model.layout import Layout
 from steadyload.layouts.packing.heuristics import HEURISTICS, Heuristic
 from steadyload.layouts.packing.packing import ITEM_CLASSES, make_instance
 from steadyload.methods.contract.method import Verdict
-from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.registry import make_method
 from steadyload.methods.session.stable_packing import pack_stably
-from steadyload.reports.columns import column, fixed, milliseconds, percent, row, significant
 from steadyload.runs.provenance import made_by
-from steadyload.statistics.estimate import Estimate
-from steadyload.statistics.metrics import mean, share
 from steadyload.studies.kit import Asked, Lab
 
 VERSION = 1
@@ -49,57 +46,9 @@ ITEM_COUNT = 20
 _SEED = 21
 
 
-_two_digits = partial(significant, digits=2)
-
-
-@row
-class PackingGain:
-    """Results of packing heuristics when one method rejects placements, or nobody does.
-
-    The last three are None where nothing is rejected.
-    """
-
-    title: str = column("rejected by")
-    stable: Estimate = column("stable %", percent, "share of bins, by the task's judge")
-    score: Estimate = column("mean score %", percent, "of a bin, by the same method")
-    bins: Estimate = column("bins a list", lambda bins: fixed(bins.value, 2))
-    cpu: Estimate = column("ms an item", milliseconds, "of packing, judgements included")
-    left_out: int = column("left out", about="items that were not accepted at any place")
-    asked: float | None = column("judged an item", _two_digits)
-    rejected: float | None = column("rejected an item", _two_digits)
-    judging: Estimate | None = column("of this judging", milliseconds)
-    method: MethodKey | None
-
-
-@row
-class PackingTask:
-    """A packing task and its results.
-
-    ``judge``: spec of the method that judges the packed bins. ``gains``: one for each method.
-    """
-
-    title: str
-    item_lists: int
-    items: int
-    heuristics: Sequence[str]
-    judge: str
-    gains: Sequence[PackingGain]
-
-    @property
-    def nobody(self) -> PackingGain | None:
-        """The results where nothing is rejected."""
-        return next((gain for gain in self.gains if gain.method is None), None)
-
-    @property
-    def best(self) -> PackingGain | None:
-        """Those of the method by which most bins are stable."""
-        own = [gain for gain in self.gains if gain.method]
-        return max(own, key=lambda gain: gain.stable.value, default=None)
-
-
 @dataclass(frozen=True, slots=True)
 class Packing:
-    """One item list packed by one heuristic: what :class:`PackingGain` is computed of.
+    """One item list packed by one heuristic: what gains are computed of.
 
     Attributes:
         item_list: its number.
@@ -206,7 +155,7 @@ def packing_gains(
     judge: str = JUDGE,
     instances: int = ITEM_LISTS,
     heuristics: Sequence[Heuristic] = PACKED_BY,
-) -> list[PackingTask]:
+) -> pd.DataFrame:
     """Pack item lists of all classes with every method that rejects, and without any.
 
     Args:
@@ -215,6 +164,9 @@ def packing_gains(
         judge: method that judges the packed bins.
         instances: number of item lists of each class.
         heuristics: that pack each of them.
+
+    Returns:
+        Fields of :class:`Packing`, with ``item_class`` and ``method``, empty where nobody rejects.
 
     Raises:
         SpecError: no such method.
@@ -231,32 +183,8 @@ def packing_gains(
         for spec in ("", *specs)
     ]  # fmt: skip
     found, _ = lab.measure(units, Packings, folder="packed")
-    names, rows = tuple(heuristic.name for heuristic in heuristics), iter(found)
-    return [
-        PackingTask(
-            f"Class {item_class}", instances, ITEM_COUNT, names, judge,
-            tuple(_gain(spec, next(rows).packings) for spec in ("", *specs)),
-        )
-        for item_class in ITEM_CLASSES
-    ]  # fmt: skip
-
-
-def _gain(spec: str, packings: Sequence[Packing]) -> PackingGain:
-    of_packings = [one.item_list for one in packings]
-    of_bins = [one.item_list for one in packings for _ in one.stable]
-    items = ITEM_COUNT * len(packings)
-    key = method_key(make_method(spec)) if spec else None
-    return PackingGain(
-        title=key.title if key else "nobody",
-        stable=share(list(chain(*(one.stable for one in packings))), of_bins),
-        score=mean(list(chain(*(one.scores for one in packings))), of_bins),
-        bins=mean([len(one.stable) for one in packings], of_packings),
-        cpu=mean([1e3 * one.seconds / ITEM_COUNT for one in packings], of_packings),
-        left_out=sum(one.left_out for one in packings),
-        asked=sum(one.placements for one in packings) / items if key else None,
-        rejected=sum(one.rejected for one in packings) / items if key else None,
-        judging=mean([1e3 * one.judging / ITEM_COUNT for one in packings], of_packings)
-        if key
-        else None,
-        method=key,
+    return pd.DataFrame(
+        {"item_class": unit.item_class, "method": unit.method, **asdict(one)}
+        for unit, own in zip(units, found, strict=True)
+        for one in own.packings
     )

@@ -7,7 +7,6 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from operator import attrgetter
 from typing import NamedTuple
 
 import numpy as np
@@ -15,14 +14,11 @@ import numpy as np
 from steadyload.layouts.model.layout import Item, Layout, Pallet
 from steadyload.layouts.packing.packing import random_boxes
 from steadyload.methods.contract.method import Method
-from steadyload.methods.naming import MethodKey, method_key
 from steadyload.methods.registry import make_method
 from steadyload.methods.session.session import LoadingSession
 from steadyload.progress import NamedProgress, silent
-from steadyload.reports.columns import column, fixed, row, significant
 from steadyload.runs.asked import Asked, kept_rows
 from steadyload.runs.provenance import made_by
-from steadyload.statistics.growth import slope
 from steadyload.studies.kit import Lab
 
 COSTED = (
@@ -81,41 +77,6 @@ SHOWN = (40, 100, 200)
 """Numbers of loaded items for which the table shows the cost."""
 
 
-@row
-class SessionCurve:
-    """Costs of one method while one scene is loaded.
-
-    ``whole``, ``over_session``: of the largest number of items that is shown, the cost of judging
-    the whole layout, and that over the cost of a placement.
-    """
-
-    scene: str = column()
-    method: MethodKey = column(form=attrgetter("title"), left=True)
-    at: Mapping[int, float | None] = column("ms at {}", significant)
-    exponent: float | None = column(
-        form=partial(fixed, digits=2),
-        about="the cost grows as this power of the items loaded; None where the curve is too short",
-    )
-    whole: float | None = column(f"whole layout, ms at {SHOWN[-1]}", significant)
-    over_session: float | None = column("over session", partial(significant, digits=2))
-    points: Sequence[PlacementCost]
-
-
-def _curve(method: str, scene: str, points: Sequence[PlacementCost]) -> SessionCurve:
-    by_items = {point.items: point for point in points}
-    placements = {n: by_items[n].placement if n in by_items else None for n in SHOWN}
-    most = by_items.get(SHOWN[-1])
-    return SessionCurve(
-        scene,
-        method_key(make_method(method)),
-        placements,
-        _exponent(points),
-        whole=most and most.whole,
-        over_session=most.whole / most.placement if most and most.whole is not None else None,
-        points=points,
-    )
-
-
 @dataclass(frozen=True, slots=True)
 class Scene:
     """Stable boxes: ``about`` describes their arrangement; ``make`` takes a number and a seed."""
@@ -159,7 +120,7 @@ SCENES = (
 
 @dataclass(frozen=True, slots=True)
 class MeasuredCurve:
-    """A curve as it is kept: the spec of its method, and fields of :class:`PlacementCost`."""
+    """The spec of a method, and fields of :class:`PlacementCost`."""
 
     method: str
     scene: str
@@ -206,7 +167,7 @@ class CurvesUnit(Asked[MeasuredCurves], what="cost of a placement"):
 
 def session_curves(
     lab: Lab, specs: Sequence[str] = COSTED, *, count: int = ITEMS
-) -> tuple[list[SessionCurve], Mapping[str, str]]:
+) -> tuple[Sequence[MeasuredCurve], Mapping[str, str]]:
     """Cost of a placement against the number of items loaded, by scene and method.
 
     Sessions are repeated in turns, so that a disturbance of the machine affects all of them, and
@@ -231,11 +192,7 @@ def session_curves(
         MeasuredCurves,
         measure=partial(CurvesUnit.measure, progress=lab.progress),
     )
-    curves = [
-        _curve(one.method, one.scene, [PlacementCost(*point) for point in one.points])
-        for one in found.curves
-    ]
-    return curves, made_with
+    return found.curves, made_with
 
 
 @dataclass(slots=True)
@@ -300,11 +257,3 @@ def _whole_costs(method: Method, layout: Layout) -> dict[int, float]:
         if sum(taken) >= _ENOUGH_FOR_A_WHOLE:
             break
     return costs
-
-
-def _exponent(points: Sequence[PlacementCost]) -> float | None:
-    """Growth exponent from 100 items on, by least squares in log-log."""
-    late = [p for p in points if p.items >= 100]
-    if len(late) < 4:
-        return None
-    return slope([p.items for p in late], [p.placement for p in late])

@@ -27,9 +27,9 @@ class Session(Study["Found"]):
         from steadyload.methods.registry import make_method
         from steadyload.studies.session.packing_gains import ITEM_LISTS, JUDGE, packing_gains
         from steadyload.studies.session.placing import ITEMS, SHOWN, session_curves
-        from steadyload.studies.session.showing import Found
+        from steadyload.studies.session.showing import shown
 
         make_method(JUDGE).prepare()  # before minutes of work
         lists, boxes = (ITEM_LISTS, ITEMS) if self.limit is None else (self.limit, SHOWN[0])
         curves, made_with = session_curves(lab, count=boxes)
-        return Found(curves, packing_gains(lab, instances=lists), made_with)
+        return shown(curves, packing_gains(lab, instances=lists), made_with)
