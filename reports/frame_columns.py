@@ -53,6 +53,7 @@ def _whole(found: Estimate) -> str:
 
 
 _two = partial(forms.fixed, digits=2)
+_degrees = partial(forms.decimal, digits=0)
 _percent = forms.percent
 
 COLUMNS: Mapping[str, Shown] = {
@@ -246,6 +247,39 @@ COLUMNS: Mapping[str, Shown] = {
     "weakest": Shown("weakest, g", partial(forms.decimal, digits=3)),
     "held": Shown("{} g held %", _percent),
     "tips": Shown("tips %", _percent),
+    # Throws of a real body
+    "right_face": Shown("right face %", _percent),
+    "off_cm": Shown("rest off cm, median", forms.one_decimal),
+    "most_cm": Shown("90 % within cm", forms.one_decimal),
+    "turn_deg": Shown("attitude off degrees, median", _degrees),
+    "throw_cpu": Shown("CPU ms", forms.significant),
+    "fit_right_face": Shown("half for fitting: right face %", _percent),
+    "fit_off_cm": Shown("half for fitting: rest off cm", forms.one_decimal),
+    "fit_turn_deg": Shown("half for fitting: degrees", _degrees),
+    "other_right_face": Shown("other half: right face %", _percent),
+    "other_off_cm": Shown("other half: rest off cm", forms.one_decimal),
+    "other_turn_deg": Shown("other half: degrees", _degrees),
+    "taken": Shown("what is taken from the record"),
+    "gain_of_step": Shown("more than before, points", _percent),
+    "step_off": Shown("rest off cm, median", partial(forms.fixed, digits=1)),
+    "step_turn": Shown("attitude off degrees, median", forms.fixed),
+    "engine_face": Shown("{}: right face %", _percent),
+    "height_mm": Shown("height mm, median", forms.one_decimal),
+    "sunk_mm": Shown("sunk in at rest mm", _two),
+    "deepest_mm": Shown("deepest corner mm, median", forms.one_decimal),
+    "later_s": Shown("rests later by s, median", forms.decimal),
+    "moving": Shown("still moving"),
+    "no_end": Shown("failed"),
+    "trials": Shown("trials"),
+    "n": Shown("n"),
+    "x_mm": Shown("centre of mass, x mm", forms.one_decimal),
+    "y_mm": Shown("y mm", forms.one_decimal),
+    "z_mm": Shown("z mm", forms.one_decimal),
+    "gravity": Shown("gravity m/s2", forms.decimal),
+    "scale": Shown("lengths times", partial(forms.fixed, digits=3)),
+    "fit_s": Shown("fit s", forms.fixed),
+    "tried": Shown("sets tried"),
+    "jitters_s": Shown("jitters s", forms.fixed),
     # Samples
     "plan_right": Shown("plan %", _percent),
     "likeliest": Shown("likeliest step %", _percent),

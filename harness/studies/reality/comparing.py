@@ -2,37 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 
 from steadyload.engines.world import Support
-from steadyload.measured.flight import FlightFacts
-from steadyload.reports.columns import (
-    column,
-    decimal,
-    fixed,
-    one_decimal,
-    row,
-    significant,
-)
+from steadyload.reports import frames
 from steadyload.statistics.estimate import Estimate
+from steadyload.studies.reality import errors
 from steadyload.studies.reality.chances import Calibration, Chances, calibration
-from steadyload.studies.reality.errors import (
-    BothHalves,
-    Errors,
-    Step,
-    as_good_as,
-    both_halves,
-    errors_of,
-    guessed,
-    of_half,
-    steps_of,
-)
 from steadyload.studies.reality.fitting import OFF_CM, TURN_DEG
 from steadyload.studies.reality.loading import (
+    FRICTION,
     Changed,
     Difference,
     Ranking,
@@ -41,78 +25,24 @@ from steadyload.studies.reality.loading import (
     rankings,
     verdicts,
 )
-from steadyload.studies.reality.on_the_way import Grown, Rest, by_impacts, by_time, rest_of
 from steadyload.studies.reality.record import FIT, MEASURED, Recorded
 from steadyload.studies.reality.running import FREQUENCY, JITTERS, AllMeasured, ByEngine, Way
 from steadyload.studies.reality.tosses import Worst, worst
-
-
-@row
-class Flight:
-    """Facts of free flight: of the body and of its record, by the trials that they are of."""
-
-    trials: str = column("trials", left=True)
-    n: int = column()
-    x_mm: Estimate = column("centre of mass, x mm", one_decimal)
-    y_mm: Estimate = column("y mm", one_decimal)
-    z_mm: Estimate = column("z mm", one_decimal)
-    gravity: Estimate = column("gravity m/s2", decimal)
-    scale: float = column("lengths times", lambda scale: fixed(scale, 3))
-
-
-@row
-class Cost:
-    """CPU time of an engine."""
-
-    engine: str = column(left=True)
-    trial_ms: float | None = column("ms a throw", significant)
-    fit_s: float | None = column("fit s", fixed)
-    tried: int = column("sets tried")
-    jitters_s: float | None = column("jitters s", fixed)
-
-
-@row
-class Closeness:
-    """How close the trials of the half for fitting end, by a contact parameter.
-
-    Of all sets with that value the closest one counts.
-    """
-
-    engine: str
-    name: str
-    value: float
-    closeness: float
 
 
 class Found(SimpleNamespace):
     """All that the page shows."""
 
     recorded: Recorded
-    best: Errors
-    fitted: Sequence[Errors]
-    ways: Sequence[BothHalves]
-    flights: Sequence[Flight]
-    steps: Sequence[Step]
-    by_time: Sequence[Grown]
-    by_impacts: Sequence[Grown]
-    rests: Sequence[Rest]
-    costs: Sequence[Cost]
-    friction: Sequence[Closeness]
     calibrations: Sequence[Calibration]
+    chosen: Sequence[Chances]
+    plain: Sequence[Chances]
+    surest: Chances | None
     differences: Sequence[Difference]
     changed: Sequence[Changed]
     rankings: Sequence[Ranking]
     worst: Sequence[Worst]
     measured: AllMeasured
-    all_fitted: Sequence[Errors]
-    released: Errors
-    landed: Errors
-    near_best: Sequence[Errors]
-    presets: Sequence[Errors]
-    chosen: Sequence[Chances]
-    plain: Sequence[Chances]
-    surest: Chances | None
-    flight: Flight
     made_with: Mapping[str, str]
 
 
@@ -120,19 +50,24 @@ def compare(found: AllMeasured) -> Found:
     """Errors of all engines; every interval resamples trials."""
     recorded, engines = found.recorded, found.engines
     faces = {toss.name: toss.face for toss in recorded.tosses}
-    scale, tosses = found.taken.scale, of_half(recorded, MEASURED)
-    fitted = {one.name: errors_of(one, Way.FITTED, recorded, MEASURED) for one in engines}
-    closest = max(engines, key=lambda one: one.fitted.closeness)
-    best, as_good = fitted[closest.name], as_good_as(closest.title, found)
-    guesses = [
-        guessed("stays as released", [toss.as_released for toss in tosses], scale),
-        guessed("stays as it lands", [toss.as_landed for toss in tosses], scale),
-    ]
+    trials = Counter(toss.half for toss in recorded.tosses)
+    thrown = errors.throws(found)
+    fitted = thrown[thrown["way"] == Way.FITTED]
+    measured = thrown[thrown["half"] == MEASURED]
+    measured_fitted = fitted[fitted["half"] == MEASURED]
+    costs = _costs(engines, trials[FIT])
+    guesses = errors.guesses(recorded, found.taken.scale)
+    all_fitted = errors.errors(pd.concat([measured_fitted, guesses]), ["engine", "name"])
+    all_fitted = all_fitted.reset_index().merge(costs[["engine", "throw_cpu"]], "left", "engine")
+    *by_engine, released, landed = frames.records(all_fitted)
+    best = max(engines, key=lambda one: one.fitted.closeness).title
+    as_good = errors.as_good_as(best, measured_fitted)
     near_best = sorted(
-        (one for one in fitted.values() if one.engine in as_good), key=lambda one: one.face.value
+        (one for one in by_engine if one["engine"] in as_good),
+        key=lambda one: one["right_face"].value,
     )
-    ways = [both_halves(one, way, recorded) for one in engines for way in one.batches]
-    flights = {name: _flight(name, facts) for name, facts in recorded.flights.items()}
+    presets = errors.errors(measured[measured["way"] == Way.PRESET], ["engine"])
+    flights = _flights(recorded)
     calibrations = [
         calibration(one.title, one.name, one.jittered, faces) for one in engines if one.jittered
     ]
@@ -148,27 +83,28 @@ def compare(found: AllMeasured) -> Found:
     return Found(
         recorded=recorded,
         best=best,
-        fitted=list(fitted.values()),
-        released=guesses[0],
-        landed=guesses[1],
-        all_fitted=[*fitted.values(), *guesses],
-        near_best=near_best,
-        shown=sorted(as_good[one.engine] for one in near_best if one != best),
-        ways=ways,
-        presets=[one.measured for one in ways if one.way == Way.PRESET],
+        fitted=by_engine,
+        released=released,
+        landed=landed,
+        all_fitted=all_fitted,
+        near_best=[one["engine"] for one in near_best if one["engine"] != best],
+        shown=sorted(as_good[one["engine"]] for one in near_best if one["engine"] != best),
+        ways=errors.by_half(thrown[thrown["way"].isin(list(Way))]),
+        presets=frames.records(presets.reset_index()),
         without_restitution=[e.title for e in engines if e.restitution is Support.IGNORED],
         emulating=[e.title for e in engines if e.restitution is Support.ON_REQUEST],
         sliding_badly=[one.title for one in engines if one.slides_badly],
         slow=[one.title for one in engines if one.slow],
         missing=found.missing,
-        flight=flights[FIT],
-        flights=list(flights.values()),
-        steps=list(steps_of(found)),
-        by_time=[point for one in engines for point in by_time(one)],
-        by_impacts=[point for one in engines for point in by_impacts(one)],
-        rests=[rest_of(one, recorded) for one in engines],
-        costs=[_cost(one, len(of_half(recorded, FIT))) for one in engines],
-        friction=[point for one in engines for point in _by_value(one, "friction")],
+        flight=flights.loc[FIT],
+        flights=flights,
+        steps=errors.steps(thrown),
+        stepped=sum(bool(one.steps) for one in engines),
+        by_time=frames.records(errors.by_time(fitted)),
+        by_impacts=frames.records(errors.by_impacts(fitted)),
+        rests=errors.rests(fitted, recorded),
+        costs=costs,
+        friction=frames.records(_closeness(engines, FRICTION)),
         calibrations=calibrations,
         chosen=chosen,
         plain=[one.plain for one in calibrations],
@@ -181,8 +117,8 @@ def compare(found: AllMeasured) -> Found:
         worst=lost,
         alike=sum(one.alike for one in lost),
         departure_mm=1e3 * float(np.median([toss.departure_m for toss in recorded.tosses])),
-        measured_trials=best.trials,
-        fit_trials=len(recorded.tosses) - best.trials,
+        measured_trials=trials[MEASURED],
+        fit_trials=trials[FIT],
         height_mm=1e3 * recorded.height_m,
         noise_mm=1e3 * recorded.noise.position_m,
         noise_cms=1e2 * recorded.noise.velocity_ms,
@@ -209,22 +145,33 @@ def _verdicts_changed(engines: Sequence[ByEngine], reference: ByEngine | None) -
     ]
 
 
-def _flight(name: str, facts: FlightFacts) -> Flight:
-    x, y, z = (_in_mm(part) for part in facts.mass_offset)
-    return Flight(name, facts.gravity.n, x, y, z, facts.gravity, facts.scale)
+def _flights(recorded: Recorded) -> pd.DataFrame:
+    """Facts of free flight: of the body and of its record, by the trials that they are of."""
+    rows = []
+    for trials, facts in recorded.flights.items():
+        offset = dict(zip(["x_mm", "y_mm", "z_mm"], map(_in_mm, facts.mass_offset), strict=True))
+        about = {"trials": trials, "n": facts.gravity.n, **offset}
+        rows.append({**about, "gravity": facts.gravity, "scale": facts.scale})
+    return pd.DataFrame(rows, index=list(recorded.flights))
 
 
 def _in_mm(metres: Estimate) -> Estimate:
     return Estimate(1e3 * metres.value, 1e3 * metres.low, 1e3 * metres.high, metres.n)
 
 
-def _cost(one: ByEngine, trials: int) -> Cost:
-    return Cost(
-        one.title,
-        one.trial_ms(trials),
-        one.fitted.cpu_s if one.is_timed else None,
-        len(one.fitted.tried),
-        sum(each.cpu_s for each in one.jittered.values()) if one.jittered else None,
+def _costs(engines: Sequence[ByEngine], trials: int) -> pd.DataFrame:
+    """CPU time by engine; ``trials``: on the half for fitting."""
+    return pd.DataFrame(
+        [
+            {
+                "engine": one.title,
+                "throw_cpu": one.trial_ms(trials),
+                "fit_s": one.fitted.cpu_s if one.is_timed else None,
+                "tried": len(one.fitted.tried),
+                "jitters_s": sum(each.cpu_s for each in one.jittered.values()) or None,
+            }
+            for one in engines
+        ]
     )
 
 
@@ -238,10 +185,13 @@ def _seconds(one: ByEngine) -> float:
     )
 
 
-def _by_value(one: ByEngine, gene: str) -> Iterator[Closeness]:
-    best: dict[float, float] = {}
-    for tried in one.fitted.tried:
-        value = tried.parameters[gene]
-        best[value] = max(best.get(value, 0.0), tried.closeness)
-    for value in sorted(best):
-        yield Closeness(one.title, one.name, value, best[value])
+def _closeness(engines: Sequence[ByEngine], gene: str) -> pd.DataFrame:
+    """How close the trials of the half for fitting end at best, by value of a contact parameter."""
+    tried = [
+        [one.title, one.name, each.parameters[gene], each.closeness]
+        for one in engines
+        for each in sorted(one.fitted.tried, key=lambda each: each.parameters[gene])
+    ]
+    by = ["engine", "name", "value"]
+    found = pd.DataFrame(tried, columns=[*by, "closeness"])
+    return found.groupby(by, sort=False)["closeness"].max().reset_index()
