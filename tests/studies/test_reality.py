@@ -40,7 +40,6 @@ from steadyload.studies.reality.chances import (
 from steadyload.studies.reality.comparing import compare
 from steadyload.studies.reality.fitting import Fitted, closeness, nearest_genotype, search
 from steadyload.studies.reality.loading import (
-    Changed,
     changed,
     changes,
     differences,
@@ -465,14 +464,18 @@ def test_fitted_values_stand_beside_those_of_loading():
     rows = differences(
         "E", "ps_opt@rapier", "label@rapier", fitted_as(friction=0.5, contact_frequency=60.0)
     )
-    assert [(one.parameter, one.label, one.fitted) for one in rows] == [
+    assert [(one["parameter"], one["label_value"], one["fitted_value"]) for one in rows] == [
         ("friction", 0.5, 0.5), ("contact_frequency", 120.0, 60.0),
     ]  # fmt: skip
-    assert [one.differs for one in rows] == [False, True]
+    assert [one["differs"] for one in rows] == [False, True]
     (friction, stiffness) = differences(
         "E", "label@reference", "label@reference", fitted_as(friction=0.2, stiffness=1e7)
     )
-    assert (stiffness.preset, stiffness.differs, friction.differs) == (1e9, True, True)
+    assert (stiffness["preset_value"], stiffness["differs"], friction["differs"]) == (
+        1e9,
+        True,
+        True,
+    )
 
 
 @pytest.mark.parametrize(
@@ -514,17 +517,28 @@ def test_verdicts_that_change_are_counted_where_both_have_one():
         row=lambda spec: SimpleNamespace(accuracy=accuracy[spec]),
     )
     (row,) = changed("E", preset, fitted_as(friction=0.2), evaluation, {})
-    assert (row.layouts, row.changed.value, row.earlier.value) == (4, 0.75, 0.5)
-    assert (row.before.value, row.after.value, row.agrees) == (0.8, 0.6, None)
+    assert row["layouts"] == 4
+    assert (row["verdict_changed"].value, row["fails_earlier"].value) == (0.75, 0.5)
+    assert (row["before"].value, row["after"].value, row["as_reference"]) == (0.8, 0.6, None)
     by_reference = pd.Series([5, 2, 3, pd.NA, 0], index=cases, dtype="Int32")
     (row,) = changed("E", preset, fitted_as(friction=0.2), evaluation, {"friction": by_reference})
-    assert (row.agrees.value, row.agrees.n) == (0.5, 4), "of those of the reference"
+    assert (row["as_reference"].value, row["as_reference"].n) == (0.5, 4), (
+        "of those of the reference"
+    )
 
 
 def row_of(engine, changed_, before, agrees=None, after=0.5, change="friction"):
     estimates = (Estimate(value, value, value, 9) for value in (changed_, 0.1, before, after))
+    names = ("verdict_changed", "fails_earlier", "before", "after")
     with_reference = None if agrees is None else Estimate(agrees, agrees, agrees, 9)
-    return Changed(engine, change, 9, *estimates, with_reference)
+    shares = dict(zip(names, estimates, strict=True))
+    return {
+        "engine": engine,
+        "change": change,
+        "layouts": 9,
+        **shares,
+        "as_reference": with_reference,
+    }
 
 
 def test_engines_are_ranked_before_and_after_without_the_reference():
@@ -532,28 +546,28 @@ def test_engines_are_ranked_before_and_after_without_the_reference():
         row_of("A", 0.3, 0.9, 0.7), row_of("B", 0.1, 0.8, 0.8), row_of("C", 0.2, 0.7, 0.6),
         row_of("R", 0.05, 1.0, 1.0), row_of("A", 0.0, 0.9, 0.9, change="both"),
     ]  # fmt: skip
-    (found,) = rankings(rows, "R")
-    assert (found.change, found.layouts, found.labels.value) == ("friction", 9, 0.05)
-    assert (found.least.engine, found.most.engine) == ("B", "A")
-    assert (found.first.engine, found.last.engine) == ("A", "C")
-    assert (found.then_first.engine, found.then_last.engine) == ("B", "C")
-    assert (found.then_most.value, found.then_least.value) == (0.8, 0.6)
-    assert (found.pairs, found.turned, found.clear) == (3, 1, 1)
+    (found,) = rankings(pd.DataFrame(rows), "R")
+    assert (found["change"], found["layouts"], found["labels"].value) == ("friction", 9, 0.05)
+    assert (found["changed"].lowest, found["changed"].highest) == ("B", "A")
+    assert (found["before"].highest, found["before"].lowest) == ("A", "C")
+    assert (found["then"].highest, found["then"].lowest) == ("B", "C")
+    assert (found["then"].most.value, found["then"].least.value) == (0.8, 0.6)
+    assert (found["pairs"], found["turned"], found["clearly"]) == (3, 1, 1)
     # Without the reference the order is by the labels as they are.
     alone = [row_of("A", 0.3, 0.9, after=0.6), row_of("B", 0.1, 0.8, after=0.5)]
-    (found,) = rankings(alone, "")
-    assert (found.labels, found.then_first.engine, found.turned) == (None, "A", 0)
+    (found,) = rankings(pd.DataFrame(alone), "")
+    assert (found["labels"], found["then"].highest, found["turned"]) == (None, "A", 0)
     # An order that changes within the intervals is not clear.
-    wide = [row_of("A", 0.3, 0.9, 0.7), row_of("B", 0.1, 0.8, 0.8)]
-    wide = [replace(one, agrees=replace(one.agrees, low=0.6, high=0.9)) for one in wide]
-    assert [(one.turned, one.clear) for one in rankings(wide, "")] == [(1, 0)]
+    wide = pd.DataFrame([row_of("A", 0.3, 0.9, 0.7), row_of("B", 0.1, 0.8, 0.8)])
+    wide["as_reference"] = [replace(one, low=0.6, high=0.9) for one in wide["as_reference"]]
+    assert [(one["turned"], one["clearly"]) for one in rankings(wide, "")] == [(1, 0)]
 
 
 def test_layouts_are_judged_with_fitted_contacts(all_measured, assert_shown):
     found = compare(all_measured)
-    assert [one.change for one in found.rankings] == ["friction", "bounce and hardness", "both"]
-    assert {row.change for row in found.changed} == {one.change for one in found.rankings}
-    assert {row.layouts for row in [*found.changed, *found.rankings]} == {4}
+    assert [one["change"] for one in found.rankings] == ["friction", "bounce and hardness", "both"]
+    assert set(found.changed["change"]) == {one["change"] for one in found.rankings}
+    assert {*found.changed["layouts"], *(one["layouts"] for one in found.rankings)} == {4}
     text = assert_shown(Reality(), found, charts=CHARTS, drawn=False)
     assert "pairs of engines change their order" in " ".join(text.split())
 

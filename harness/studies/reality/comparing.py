@@ -17,9 +17,6 @@ from steadyload.studies.reality.chances import Calibration, Chances, calibration
 from steadyload.studies.reality.fitting import OFF_CM, TURN_DEG
 from steadyload.studies.reality.loading import (
     FRICTION,
-    Changed,
-    Difference,
-    Ranking,
     changed,
     differences,
     rankings,
@@ -38,9 +35,6 @@ class Found(SimpleNamespace):
     chosen: Sequence[Chances]
     plain: Sequence[Chances]
     surest: Chances | None
-    differences: Sequence[Difference]
-    changed: Sequence[Changed]
-    rankings: Sequence[Ranking]
     worst: Sequence[Worst]
     measured: AllMeasured
     made_with: Mapping[str, str]
@@ -72,11 +66,13 @@ def compare(found: AllMeasured) -> Found:
         calibration(one.title, one.name, one.jittered, faces) for one in engines if one.jittered
     ]
     chosen = [one.chosen for one in calibrations]
-    fitted_values = [
-        each
-        for one in engines
-        for each in differences(one.title, one.preset, one.label, one.fitted)
-    ]
+    fitted_values = pd.DataFrame(
+        [
+            each
+            for one in engines
+            for each in differences(one.title, one.preset, one.label, one.fitted)
+        ]
+    )
     reference = next((one for one in engines if one.is_reference), None)
     verdicts_changed, lost = _verdicts_changed(engines, reference), worst(found)
     judged = [one for one in engines if one.evaluation is not None]
@@ -110,7 +106,7 @@ def compare(found: AllMeasured) -> Found:
         plain=[one.plain for one in calibrations],
         surest=min(chosen, key=lambda one: one.log_loss.value, default=None),
         differences=fitted_values,
-        differing=sum(one.differs for one in fitted_values),
+        differing=fitted_values["differs"].sum(),
         changed=verdicts_changed,
         rankings=rankings(verdicts_changed, reference.title if reference else ""),
         ranked=sum(not one.is_reference for one in judged),
@@ -132,17 +128,19 @@ def compare(found: AllMeasured) -> Found:
     )
 
 
-def _verdicts_changed(engines: Sequence[ByEngine], reference: ByEngine | None) -> list[Changed]:
+def _verdicts_changed(engines: Sequence[ByEngine], reference: ByEngine | None) -> pd.DataFrame:
     """Of the engines that judged layouts, each beside the reference, where that did, too."""
     by_reference: Mapping[str, pd.Series] = {}
     if reference is not None and reference.evaluation is not None:
         by_reference = verdicts(reference.preset, reference.fitted, reference.evaluation)
-    return [
-        each
-        for one in engines
-        if one.evaluation is not None
-        for each in changed(one.title, one.preset, one.fitted, one.evaluation, by_reference)
-    ]
+    return pd.DataFrame(
+        [
+            each
+            for one in engines
+            if one.evaluation is not None
+            for each in changed(one.title, one.preset, one.fitted, one.evaluation, by_reference)
+        ]
+    )
 
 
 def _flights(recorded: Recorded) -> pd.DataFrame:

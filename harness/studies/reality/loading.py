@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from typing import Any, NamedTuple
 
 import pandas as pd
 
@@ -13,7 +14,7 @@ from steadyload.layouts.benchmark.parts import LISTS, Part
 from steadyload.layouts.model.scenarios import Scenario
 from steadyload.methods.contract.spec import as_plain
 from steadyload.methods.registry import make_method
-from steadyload.reports.columns import column, general, percent, row
+from steadyload.runs import frames as v
 from steadyload.runs.evaluation import Evaluation
 from steadyload.runs.labels import Cases
 from steadyload.statistics.estimate import Estimate
@@ -27,86 +28,16 @@ CHANGES = (FRICTION, "bounce and hardness", "both")
 """Parameters of a preset that take the fitted values."""
 
 
-@row
-class Difference:
-    """A contact parameter of an engine, fitted to the record and as used for loading."""
+class Range(NamedTuple):
+    """The least and the greatest of some estimates, with the engines that they are of."""
 
-    engine: str = column(left=True)
-    parameter: str = column(left=True)
-    preset: float | None = column("preset", general)
-    label: float | None = column("label's", general)
-    fitted: float = column("fitted", general)
-    least: float = column("from", general, "interval of the fitted value")
-    most: float = column("to", general)
-
-    @property
-    def interval(self) -> str:
-        """The interval of the fitted value."""
-        return f"{general(self.least)} to {general(self.most)}"
-
-    @property
-    def differs(self) -> bool:
-        """Whether the preset's value is outside the interval of the fitted one."""
-        return self.preset is None or not self.least <= self.preset <= self.most
+    least: Estimate
+    lowest: str
+    most: Estimate
+    highest: str
 
 
-@row
-class Changed:
-    """Verdicts on layouts that change when a preset takes fitted values."""
-
-    engine: str = column(left=True)
-    change: str = column("fitted", left=True)
-    layouts: int = column("n")
-    changed: Estimate = column("changed %", percent)
-    earlier: Estimate = column("fails earlier %", percent, "or at all")
-    before: Estimate = column("preset: accuracy %", percent)
-    after: Estimate = column("changed: accuracy %", percent)
-    agrees: Estimate | None = column("as the reference so changed %", percent)
-
-
-@row
-class Ranking:
-    """Engines by accuracy, before and after presets take fitted values.
-
-    Attributes:
-        change: what is fitted, of :data:`CHANGES`.
-        layouts: that were judged.
-        labels: share of the verdicts of the reference, with the label's contact, that change; None
-            where it was not run.
-        least, most: the engines of the fewest and the most changed verdicts, without the reference.
-        first, last: the most and the least accurate engine by presets, against the labels.
-        then_first, then_last: likewise with fitted values, against the reference that takes its
-            own; without that against the labels.
-        pairs: of engines.
-        turned: those of them of which the other one is more accurate then.
-        clear: those of these whose intervals do not overlap then.
-    """
-
-    change: str
-    layouts: int
-    labels: Estimate | None
-    least: Changed
-    most: Changed
-    first: Changed
-    last: Changed
-    then_first: Changed
-    then_last: Changed
-    pairs: int
-    turned: int
-    clear: int
-
-    @property
-    def then_most(self) -> Estimate:
-        """Accuracy of the most accurate engine with fitted values."""
-        return _then(self.then_first)
-
-    @property
-    def then_least(self) -> Estimate:
-        """Likewise of the least accurate one."""
-        return _then(self.then_last)
-
-
-def differences(engine: str, preset: str, label: str, found: Fitted) -> list[Difference]:
+def differences(engine: str, preset: str, label: str, found: Fitted) -> list[dict[str, Any]]:
     """Fitted parameters beside those of a preset and of the label.
 
     Args:
@@ -114,14 +45,26 @@ def differences(engine: str, preset: str, label: str, found: Fitted) -> list[Dif
         preset: spec of a simulation on it.
         label: spec of the label's simulation on it.
         found: what was fitted.
+
+    Returns:
+        ``differs``: the preset's value is outside the interval of the fitted one.
     """
     used, usual = (_stated(spec, found.parameters) for spec in (preset, label))
-    return [
-        Difference(
-            engine, name, used[name], usual[name], value, found.least[name], found.most[name]
+    rows = []
+    for name, value in found.parameters.items():
+        own, least, most = used[name], found.least[name], found.most[name]
+        rows.append(
+            {
+                "engine": engine,
+                "parameter": name,
+                "preset_value": own,
+                "label_value": usual[name],
+                "fitted_value": value,
+                "interval": f"{least:g} to {most:g}",
+                "differs": own is None or not least <= own <= most,
+            }
         )
-        for name, value in found.parameters.items()
-    ]
+    return rows
 
 
 def _stated(spec: str, names: Mapping[str, float]) -> dict[str, float | None]:
@@ -194,8 +137,8 @@ def changed(
     found: Fitted,
     evaluation: Evaluation,
     reference: Mapping[str, pd.Series],
-) -> list[Changed]:
-    """How many verdicts change.
+) -> list[dict[str, Any]]:
+    """How many verdicts change, by change.
 
     Args:
         engine: its title.
@@ -203,6 +146,11 @@ def changed(
         found: what was fitted.
         evaluation: of :func:`judged`.
         reference: :func:`verdicts` of the reference; empty where it was not run.
+
+    Returns:
+        ``layouts`` with both verdicts; of them ``verdict_changed`` and ``fails_earlier``, or fails
+        at all; accuracy ``before`` and ``after``; ``as_reference``: the verdict agrees with the
+        reference that takes its own fitted values, None where that was not run.
     """
     said, clusters = evaluation.judged.said, evaluation.judged.clusters
     own = str(make_method(preset).spec)
@@ -214,12 +162,19 @@ def changed(
         at = clusters.loc[both.index]
         first, second = (both[key].to_numpy() for key in (own, other))
         rows.append(
-            Changed(
-                engine, change, len(both), share(first != second, at), share(second < first, at),
-                before, evaluation.row(other).accuracy,
-                _agreement(said[other], reference[change], clusters) if reference else None,
-            )
-        )  # fmt: skip
+            {
+                "engine": engine,
+                "change": change,
+                "layouts": len(both),
+                "verdict_changed": share(first != second, at),
+                "fails_earlier": share(second < first, at),
+                "before": before,
+                "after": evaluation.row(other).accuracy,
+                "as_reference": (
+                    _agreement(said[other], reference[change], clusters) if reference else None
+                ),
+            }
+        )
     return rows
 
 
@@ -230,46 +185,52 @@ def _agreement(one: pd.Series, other: pd.Series, clusters: pd.Series) -> Estimat
     return share(same.to_numpy(), clusters.loc[wanted.index])
 
 
-def rankings(rows: Sequence[Changed], reference: str) -> list[Ranking]:
+def rankings(rows: pd.DataFrame, reference: str) -> list[dict[str, Any]]:
     """The order of engines before and after, by each change of which there are several engines.
 
     Args:
-        rows: of all engines.
+        rows: of :func:`changed`, of all engines.
         reference: title of the reference, which is no competitor.
+
+    Returns:
+        By change: ``labels``, share of the verdicts of the reference, with the label's contact,
+        that change, None where it was not run; the :class:`Range` of engines by verdicts that
+        change (``changed``), by accuracy of presets (``before``), and of fitted values against the
+        reference that takes its own, without that against the labels (``then``); ``pairs`` of
+        engines; ``turned``, those of which the other one is more accurate then; ``clearly``, those
+        of these whose intervals do not overlap then.
     """
     found = []
-    for change in CHANGES:
-        own = [one for one in rows if one.change == change]
-        ranked = [one for one in own if one.engine != reference]
+    for change, own in rows.groupby("change", sort=False):
+        by_engine = own.set_index("engine")
+        ranked = by_engine.drop(index=reference, errors="ignore")
         if len(ranked) < 2:
             continue
-        labels = next((one.changed for one in own if one.engine == reference), None)
+        then = ranked["as_reference"].where(ranked["as_reference"].notna(), ranked["after"])
+        values = pd.DataFrame({"before": v.values(ranked["before"]), "then": v.values(then)})
         turned = [
-            (_then(one), _then(other))
-            for one, other in itertools.combinations(ranked, 2)
-            if (one.before.value - other.before.value) * (_then(one).value - _then(other).value) < 0
+            (then[one], then[other])
+            for one, other in itertools.combinations(ranked.index, 2)
+            if (values.loc[one] - values.loc[other]).prod() < 0
         ]
-        by_changes = sorted(ranked, key=lambda one: one.changed.value)
-        by_before = sorted(ranked, key=lambda one: one.before.value)
-        by_then = sorted(ranked, key=lambda one: _then(one).value)
         found.append(
-            Ranking(
-                change=change,
-                layouts=max(one.layouts for one in own),
-                labels=labels,
-                least=by_changes[0],
-                most=by_changes[-1],
-                first=by_before[-1],
-                last=by_before[0],
-                then_first=by_then[-1],
-                then_last=by_then[0],
-                pairs=math.comb(len(ranked), 2),
-                turned=len(turned),
-                clear=sum(one.low > other.high or other.low > one.high for one, other in turned),
-            )
+            {
+                "change": change,
+                "layouts": own["layouts"].max(),
+                "labels": by_engine["verdict_changed"].get(reference),
+                "changed": _range(ranked["verdict_changed"]),
+                "before": _range(ranked["before"]),
+                "then": _range(then),
+                "pairs": math.comb(len(ranked), 2),
+                "turned": len(turned),
+                "clearly": sum(
+                    one.low > other.high or other.low > one.high for one, other in turned
+                ),
+            }
         )
     return found
 
 
-def _then(one: Changed) -> Estimate:
-    return one.after if one.agrees is None else one.agrees
+def _range(found: pd.Series) -> Range:
+    order = v.values(found).sort_values(kind="stable").index
+    return Range(found[order[0]], order[0], found[order[-1]], order[-1])
