@@ -329,6 +329,9 @@ COLUMNS: Mapping[str, Shown] = {
     "growth": Shown("exponent", _two),
     "whole_layout": Shown("whole layout, ms at 200", forms.significant),
     "over_session": Shown("over session", partial(forms.significant, digits=2)),
+    "largest": Shown("largest held", "{:,g}".format),
+    "number": Shown("{}", forms.compact),
+    "quantity": Shown("{}", partial(forms.compact, digits=3)),
     # A labelled set
     "item_class": Shown("class", left=True),
     "mean_items": Shown("items a layout", partial(forms.fixed, digits=1)),

@@ -25,7 +25,7 @@ from steadyload.studies.changed_loads import (
 from steadyload.studies.engines.accuracy import summarised
 from steadyload.studies.extremes.loads import Loads, summarise
 from steadyload.studies.extremes.measuring import Outcome
-from steadyload.studies.extremes.showing import Found as Extreme
+from steadyload.studies.extremes.showing import shown
 from steadyload.studies.extremes.sizes import EDGES, TESTS, ScaledStage, closed_forms_by_size
 from steadyload.studies.extremes.study import Extremes
 from steadyload.studies.extremes.sweeps import ExtremeCell
@@ -178,7 +178,7 @@ def test_the_page_of_extremes_shows_loads(monkeypatch):
     cells = [ExtremeCell("sliding", "bullet", 240, 0.5, Outcome.CLOSE, numbers)]
 
     def section(loads):
-        page = Extremes().page(Extreme(cells, provenance(), loads))
+        page = Extremes().page(shown(cells, provenance(), loads))
         *_, own, last = page.details
         assert own.title == "Loads far from the origin, and loads of other sizes"
         assert last.title == "Closed forms at three sizes"

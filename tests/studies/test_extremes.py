@@ -37,7 +37,7 @@ from steadyload.studies.extremes.envelopes import (
 )
 from steadyload.studies.extremes.measuring import Outcome
 from steadyload.studies.extremes.running import run_extremes
-from steadyload.studies.extremes.showing import Found
+from steadyload.studies.extremes.showing import shown
 from steadyload.studies.extremes.study import Extremes
 from steadyload.studies.extremes.sweeps import (
     FREQUENCIES,
@@ -382,18 +382,15 @@ def cells():
 
 @pytest.fixture(scope="module")
 def found(cells):
-    return Found(cells, provenance(), LOADS)
+    return shown(cells, provenance(), LOADS)
 
 
 def test_the_page_shows_what_was_found(found, assert_shown):
-    sweeps_shown = [one.largest for one in found.resting if one.sweep.name != "plate-on-edge"]
-    sweeps_shown += [one.values for one in found.formulas]
     errors = [f"{one.sweep.name}-error" for one in found.formulas]
     assert_shown(
         Extremes(),
         found,
         answer=[240, 100, "1,000,000"],
-        tables=[found.from_here_on, found.at_rest, found.envelope, *sweeps_shown],
         charts=[*SWEEPS, "closed-forms", *errors],
         drawn=False,
     )
@@ -418,12 +415,13 @@ def test_what_was_held_is_counted_at_each_frequency_and_above(found, cells):
 
 def test_values_are_shown_with_those_of_the_closed_form(found):
     sliding, tower = found.formulas[0], found.resting[0]
-    assert [(own.engine, {*own.found.values()}) for own in sliding.values] == [
+    rows = sliding.found.drop(columns="rate").to_numpy().tolist()
+    assert [(engine, {*found}) for engine, *found in rows] == [
         ("closed form", {1.0}), ("bullet", {1.02}), ("bullet", {1.02}), ("reference", {1.02}),
     ]  # fmt: skip
     assert {round(point.size, 9) for point in sliding.points} == {2.0}
-    assert [(own.frequency, own.value) for own in tower.largest] == [
-        (60, 85), (240, 100), (None, 100),
+    assert tower.largest[["rate", "largest"]].to_numpy().tolist() == [
+        ["60 Hz", 85], ["240 Hz", 100], ["own", 100],
     ]  # fmt: skip
 
 
@@ -434,7 +432,7 @@ def test_who_ran_out_of_time_is_named(cells):
         else c
         for c in cells
     ]
-    found = Found(late, provenance(), LOADS)
+    found = shown(late, provenance(), LOADS)
     assert found.counted["without a verdict"] == 1
     assert found.silent == {"bullet, number of items": ["60 Hz"]}
 

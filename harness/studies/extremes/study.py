@@ -36,7 +36,7 @@ class Extremes(Study["Found"]):
         from steadyload.runs.provenance import provenance
         from steadyload.studies.extremes.loads import CASES, loads_moved_and_scaled
         from steadyload.studies.extremes.running import run_extremes
-        from steadyload.studies.extremes.showing import Found
+        from steadyload.studies.extremes.showing import shown
         from steadyload.studies.extremes.sweeps import FREQUENCIES
 
         made_by = provenance()  # of the code at the time of the measurement, not of later changes
@@ -45,7 +45,7 @@ class Extremes(Study["Found"]):
             if self.limit is None or not capabilities(name).error_controlled
         ]  # fmt: skip
         cells = run_extremes(lab, engines, frequencies=FREQUENCIES[: self.limit])
-        return Found(cells, made_by, loads_moved_and_scaled(lab, min(CASES, self.limit or CASES)))
+        return shown(cells, made_by, loads_moved_and_scaled(lab, min(CASES, self.limit or CASES)))
 
     def beside(self, found: Found, folder: Path) -> None:
         """The file of envelopes, where that is asked for; it lies in the package."""
