@@ -102,12 +102,7 @@ class Loads:
 
 
 def loads_moved_and_scaled(lab: Lab, limit: int) -> Loads:
-    """Judge cases under every change, and measure closed forms at several sizes.
-
-    Args:
-        lab: where it runs.
-        limit: cases a scenario of the set of many lists.
-    """
+    """Judge so many cases a scenario under every change; closed forms at several sizes."""
     able = fixed_step_engines()
     answers = judge_changed(lab, able, limit, (AS_IT_IS, *DISTANCES, *SCALES), FOLDER)
     sizes = closed_forms_by_size(lab, able, f"{FOLDER}/sizes")

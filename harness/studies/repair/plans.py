@@ -43,13 +43,7 @@ ONE_IN = 3
 
 @dataclass(frozen=True)
 class Plan:
-    """A plan with a label.
-
-    Attributes:
-        layout: the plan, centres of mass in the middle of its boxes.
-        instance: published instance of its item list.
-        packers: titles of those that found it.
-    """
+    """A plan with a label, its published instance, and titles of the packers that found it."""
 
     layout: Layout
     instance: str
@@ -58,13 +52,7 @@ class Plan:
 
 @dataclass(frozen=True)
 class Tried:
-    """A plan, changed in a way.
-
-    Attributes:
-        plan: as it was.
-        way: of changing it.
-        changed: the outcome.
-    """
+    """A plan as it was, and the outcome of a way of changing it."""
 
     plan: Plan
     way: Way
@@ -73,14 +61,9 @@ class Tried:
 
 @dataclass(frozen=True)
 class Answers:
-    """Answers of independent judges on a plan that stands by the judge, or by its label.
+    """Answers of independent judges, by title, on a plan that was repaired, or is a control.
 
-    Attributes:
-        plan: as it is judged.
-        repaired: whether it was repaired; else it is a control.
-        firmness: its margin and its chance to stand.
-        engines: by title.
-        references: by title, as far as these have come.
+    ``references`` has those that have come.
     """
 
     plan: Plan
@@ -226,12 +209,6 @@ def _answers(lab: Lab, plans: Sequence[Plan], repaired: bool, reference: bool) -
 def _by_title(
     titles: Collection[str], said: Sequence[Judged | None], place: int
 ) -> dict[str, Judged]:
-    """Answers of all judges on a plan, without those that have not come to it.
-
-    Args:
-        titles: of the judges.
-        said: plan by plan.
-        place: of the plan.
-    """
+    """Answers of all judges on the plan at a place, without those that have not come to it."""
     own = said[place * len(titles) : (place + 1) * len(titles)]
     return {title: one for title, one in zip(titles, own, strict=True) if one is not None}
