@@ -35,6 +35,7 @@ from steadyload.studies.reality.chances import (
     chances,
     chosen_factor,
     log_losses,
+    loss,
     probabilities,
 )
 from steadyload.studies.reality.comparing import compare
@@ -430,12 +431,15 @@ def test_a_factor_is_chosen_by_its_loss_then_by_nearness_to_the_noise():
 
 def test_the_likeliest_face_and_its_chance_are_counted():
     found = Jittered(["a", "b", "c"], [[4, 0, 0, 0, 0, 0], [0, 3, 1, 0, 0, 0], [0] * 6], 2.0)
-    row = chances("E", "e", FIT, 1.0, found, {"a": "-x", "b": "-y", "c": "-x"})
-    assert row.trials == 3
-    assert row.likeliest.value == pytest.approx(2 / 3)  # of no release at all the first face
-    assert row.sure.value == pytest.approx((25 / 6 / 5 + 19 / 6 / 5 + 1 / 6) / 3)
+    faces = {"a": "-x", "b": "-y", "c": "-x"}
+    row = chances(found, faces)
+    assert row["trials"] == 3
+    assert row["likeliest_face"].value == pytest.approx(
+        2 / 3
+    )  # of no release at all the first face
+    assert row["its_chance"].value == pytest.approx((25 / 6 / 5 + 19 / 6 / 5 + 1 / 6) / 3)
     losses = [-math.log(25 / 30), -math.log(7 / 30), math.log(6)]
-    assert row.log_loss.value == pytest.approx(np.mean(losses))
+    assert row["log_loss"].value == loss(found, faces) == pytest.approx(np.mean(losses))
 
 
 def test_every_engine_is_jittered_alike_and_more_by_larger_factors(all_measured):
@@ -636,7 +640,7 @@ def test_an_engine_that_fails_is_wrong_everywhere_and_has_a_page(all_measured, a
     row = found.fitted[0]
     assert (row["right_face"].value, row["off_cm"].value) == (0.0, math.inf)
     assert found.rests["no_end"][0] == len(all_measured.recorded.tosses)
-    worst = {one.trial: one.predicted for one in found.worst}
+    worst = dict(found.worst[["trial", "predicted"]].to_numpy())
     assert all("none" in predicted for predicted in worst.values())
     assert "the integrator gave up" in as_csv(found.measured)
     assert_shown(Reality(), found, charts=CHARTS, drawn=False)

@@ -3,22 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from steadyload.reports.columns import column, decimal, general, percent, row
-from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import mean, share
 from steadyload.statistics.reliability import reliability
 from steadyload.studies.reality.record import FIT, MEASURED
 from steadyload.studies.reality.releasing import FACES, Jittered
-from steadyload.studies.reliability import Bin, calibrated
 
 FloatArray = NDArray[np.float64]
-
-_two_digits = partial(decimal, digits=2)
 
 FACTORS = (0.5, 1.0, 2.0, 4.0)
 """Of the noise, among which one is chosen for each engine."""
@@ -30,40 +25,6 @@ WEIGHT = 1.0
 
 EDGES = (0.0, 0.5, 0.7, 0.9, 0.97, 1.0)
 """Of bins of chances: most engines are nearly sure of most trials."""
-
-
-@row
-class Chances:
-    """Chances of faces by an engine, with the noise times a factor, on a half."""
-
-    engine: str = column(left=True)
-    name: str
-    half: str = column(left=True)
-    factor: float = column("noise times", general)
-    trials: int = column("n")
-    likeliest: Estimate = column("likeliest face right %", percent)
-    sure: Estimate = column("its chance %", percent, "on average")
-    log_loss: Estimate = column("log loss", _two_digits)
-    brier: Estimate = column("Brier", _two_digits, "sum over the faces")
-
-
-@row
-class Calibration:
-    """Chances of an engine as measured and with the factor that suits the half for fitting best.
-
-    Attributes:
-        by_factor: on the half for fitting.
-        plain: on the other half, with the noise as it is.
-        chosen: on the other half, with the factor of least log loss on the half for fitting.
-        bins: chances of the likeliest face there, and how often it was that one.
-    """
-
-    engine: str
-    name: str
-    by_factor: Sequence[Chances]
-    plain: Chances
-    chosen: Chances
-    bins: Sequence[Bin]
 
 
 def probabilities(counts: Sequence[Sequence[int]]) -> FloatArray:
@@ -99,55 +60,56 @@ def chosen_factor(losses: Mapping[float, float]) -> float:
     return min(losses, key=lambda one: (losses[one], abs(np.log(one))))
 
 
-def chances(
-    engine: str, name: str, half: str, factor: float, found: Jittered, faces: Mapping[str, str]
-) -> Chances:
-    """The row of some trials.
+def loss(found: Jittered, faces: Mapping[str, str]) -> float:
+    """Log loss of some trials on average.
 
     Args:
-        engine: its title.
-        name: under which it is registered.
-        half: of the record.
-        factor: of the noise.
         found: how often each face was seen.
         faces: recorded ones by name of the trial.
     """
     wanted = [faces[trial] for trial in found.names]
+    return float(log_losses(probabilities(found.counts), wanted).mean())
+
+
+def chances(found: Jittered, faces: Mapping[str, str]) -> dict[str, Any]:
+    """How good the chances of faces of some trials are; arguments as of :func:`loss`.
+
+    Returns:
+        ``likeliest_face``: it is right; ``its_chance``, on average; ``brier``: sum over the faces.
+    """
+    wanted = [faces[trial] for trial in found.names]
     given = probabilities(found.counts)
-    return Chances(
-        engine,
-        name,
-        half,
-        factor,
-        len(wanted),
-        share(_right(given, wanted)),
-        mean(given.max(axis=1)),
-        mean(log_losses(given, wanted)),
-        mean(briers(given, wanted)),
-    )
+    return {
+        "trials": len(wanted),
+        "likeliest_face": share(_right(given, wanted)),
+        "its_chance": mean(given.max(axis=1)),
+        "log_loss": mean(log_losses(given, wanted)),
+        "brier": mean(briers(given, wanted)),
+    }
 
 
 def calibration(
-    engine: str, name: str, found: Mapping[tuple[str, float], Jittered], faces: Mapping[str, str]
-) -> Calibration:
-    """The chances of an engine, the factor chosen on the half for fitting.
+    found: Mapping[tuple[str, float], Jittered], faces: Mapping[str, str]
+) -> list[dict[str, Any]]:
+    """The chances of an engine by half and factor of the noise.
 
     Args:
-        engine: its title.
-        name: under which it is registered.
-        found: by half and factor; on the other half the noise as measured and the chosen one.
+        found: by half and factor; on the half for measuring the noise as measured, and times the
+            factor of least log loss on the half for fitting.
         faces: recorded ones by name of the trial.
+
+    Returns:
+        ``chosen``: that half with that factor; these have ``bins``, chances of the likeliest face
+        and how often it was that one.
     """
-    rows = {
-        (half, factor): chances(engine, name, half, factor, own, faces)
-        for (half, factor), own in found.items()
-    }
-    by_factor = [one for (half, _), one in rows.items() if half == FIT]
-    factor = chosen_factor({one.factor: one.log_loss.value for one in by_factor})
-    own = found[MEASURED, factor]
-    given = probabilities(own.counts)
-    right = _right(given, [faces[trial] for trial in own.names])
-    sure = reliability(given.max(axis=1), right, list(own.names), EDGES)
-    bins = calibrated(engine, "likeliest face", sure).bins
-    plain, chosen = rows[MEASURED, AS_MEASURED], rows[MEASURED, factor]
-    return Calibration(engine, name, by_factor, plain, chosen, bins)
+    best = chosen_factor({f: loss(one, faces) for (half, f), one in found.items() if half == FIT})
+    rows = []
+    for (half, factor), own in found.items():
+        chosen = (half, factor) == (MEASURED, best)
+        row = {"half": half, "factor": factor, "chosen": chosen, **chances(own, faces)}
+        if chosen:
+            given = probabilities(own.counts)
+            right = _right(given, [faces[trial] for trial in own.names])
+            row["bins"] = reliability(given.max(axis=1), right, list(own.names), EDGES).bins
+        rows.append(row)
+    return rows

@@ -13,7 +13,7 @@ from steadyload.engines.world import Support
 from steadyload.reports import frames
 from steadyload.statistics.estimate import Estimate
 from steadyload.studies.reality import errors
-from steadyload.studies.reality.chances import Calibration, Chances, calibration
+from steadyload.studies.reality.chances import AS_MEASURED, calibration
 from steadyload.studies.reality.fitting import OFF_CM, TURN_DEG
 from steadyload.studies.reality.loading import (
     FRICTION,
@@ -24,18 +24,13 @@ from steadyload.studies.reality.loading import (
 )
 from steadyload.studies.reality.record import FIT, MEASURED, Recorded
 from steadyload.studies.reality.running import FREQUENCY, JITTERS, AllMeasured, ByEngine, Way
-from steadyload.studies.reality.tosses import Worst, worst
+from steadyload.studies.reality.tosses import worst
 
 
 class Found(SimpleNamespace):
     """All that the page shows."""
 
     recorded: Recorded
-    calibrations: Sequence[Calibration]
-    chosen: Sequence[Chances]
-    plain: Sequence[Chances]
-    surest: Chances | None
-    worst: Sequence[Worst]
     measured: AllMeasured
     made_with: Mapping[str, str]
 
@@ -62,10 +57,14 @@ def compare(found: AllMeasured) -> Found:
     )
     presets = errors.errors(measured[measured["way"] == Way.PRESET], ["engine"])
     flights = _flights(recorded)
-    calibrations = [
-        calibration(one.title, one.name, one.jittered, faces) for one in engines if one.jittered
+    chances = [
+        {"engine": one.title, "name": one.name, **each}
+        for one in engines
+        if one.jittered
+        for each in calibration(one.jittered, faces)
     ]
-    chosen = [one.chosen for one in calibrations]
+    chosen = [one for one in chances if one["chosen"]]
+    plain = [one for one in chances if (one["half"], one["factor"]) == (MEASURED, AS_MEASURED)]
     fitted_values = pd.DataFrame(
         [
             each
@@ -101,17 +100,22 @@ def compare(found: AllMeasured) -> Found:
         rests=errors.rests(fitted, recorded),
         costs=costs,
         friction=frames.records(_closeness(engines, FRICTION)),
-        calibrations=calibrations,
-        chosen=chosen,
-        plain=[one.plain for one in calibrations],
-        surest=min(chosen, key=lambda one: one.log_loss.value, default=None),
+        chosen=pd.DataFrame(chosen),
+        plain=pd.DataFrame(plain),
+        surest=min(chosen, key=lambda one: one["log_loss"].value, default=None),
+        by_factor=[one for one in chances if one["half"] == FIT],
+        bins=[
+            {"engine": one["engine"], "name": one["name"], "mean": b.mean, "happened": b.happened}
+            for one in chosen
+            for b in one["bins"]
+        ],
         differences=fitted_values,
         differing=fitted_values["differs"].sum(),
         changed=verdicts_changed,
         rankings=rankings(verdicts_changed, reference.title if reference else ""),
         ranked=sum(not one.is_reference for one in judged),
-        worst=lost,
-        alike=sum(one.alike for one in lost),
+        worst=pd.DataFrame(lost),
+        alike=sum(len(one["predicted"]) == 1 for one in lost),
         departure_mm=1e3 * float(np.median([toss.departure_m for toss in recorded.tosses])),
         measured_trials=trials[MEASURED],
         fit_trials=trials[FIT],

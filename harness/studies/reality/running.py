@@ -23,7 +23,7 @@ from steadyload.methods.registry import make_method
 from steadyload.methods.tuned import TUNED, tuned
 from steadyload.runs.evaluation import Evaluation
 from steadyload.studies.kit import Asked, Lab
-from steadyload.studies.reality.chances import AS_MEASURED, FACTORS, chances, chosen_factor
+from steadyload.studies.reality.chances import AS_MEASURED, FACTORS, chosen_factor, loss
 from steadyload.studies.reality.fitting import Fitted, FitUnit, genes_on
 from steadyload.studies.reality.loading import judged
 from steadyload.studies.reality.record import (
@@ -308,10 +308,7 @@ class _Runs:
         on_fit = of(FIT, FACTORS)
         yield from on_fit.items()
         faces = {toss.name: toss.face for toss in self.recorded.tosses}
-        losses = {
-            factor: chances("", "", FIT, factor, one, faces).log_loss.value
-            for (_, factor), one in on_fit.items()
-        }
+        losses = {factor: loss(one, faces) for (_, factor), one in on_fit.items()}
         yield from of(MEASURED, sorted({AS_MEASURED, chosen_factor(losses)})).items()
 
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import csv
 import io
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from typing import Any
 
 from steadyload.layouts.files.csv_cells import harmless
-from steadyload.reports.columns import column, counts, fixed, row
 from steadyload.studies.reality.record import Toss
 from steadyload.studies.reality.releasing import Ended
 from steadyload.studies.reality.running import AllMeasured, ByEngine, Way
@@ -20,41 +20,28 @@ COLUMNS = (
 """Of the CSV file; engines with fitted contacts."""
 
 
-@row
-class Worst:
-    """A trial that ends on another face than by any engine, and what the record shows of it."""
-
-    trial: str = column(left=True)
-    half: str = column(left=True)
-    face: str = column("face", left=True)
-    predicted: Mapping[str, int] = column("by engines", counts)
-    impacts: int = column()
-    departure_mm: float = column("off free flight mm", lambda mm: fixed(mm, 2))
-    turn_deg: float = column("turned by degrees", fixed)
-
-    @property
-    def alike(self) -> bool:
-        """Whether all engines predict the same face."""
-        return len(self.predicted) == 1
-
-
-def worst(found: AllMeasured) -> list[Worst]:
+def worst(found: AllMeasured) -> list[dict[str, Any]]:
     """Trials that all engines get wrong with fitted contacts, by how far the record departs from
-    free flight before its first contact.
+    free flight before its first contact; ``predicted``: engines by face.
     """
     by_name = _by_name(found)
     rows = []
-    for toss in found.recorded.tosses:
+    for toss in sorted(found.recorded.tosses, key=lambda one: -one.departure_m):
         ends = by_name[toss.name]
         if not any(end.same_face for end in ends.values()):
             faces = Counter(end.face or "none" for end in ends.values())
             rows.append(
-                Worst(
-                    toss.name, toss.half, toss.face, dict(faces.most_common()), toss.impacts,
-                    1e3 * toss.departure_m, toss.turn_deg,
-                )
-            )  # fmt: skip
-    return sorted(rows, key=lambda one: -one.departure_mm)
+                {
+                    "trial": toss.name,
+                    "half": toss.half,
+                    "recorded_face": toss.face,
+                    "predicted": dict(faces.most_common()),
+                    "impacts": toss.impacts,
+                    "departure_mm": 1e3 * toss.departure_m,
+                    "turned_by": toss.turn_deg,
+                }
+            )
+    return rows
 
 
 def _by_name(found: AllMeasured) -> dict[str, dict[str, Ended]]:
