@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from operator import attrgetter
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 from steadyload.statistics.estimate import Estimate
 
@@ -141,6 +141,22 @@ def names(items: Iterable[str]) -> str:
 def counts(numbers: Mapping[str, int]) -> str:
     """``3 timeout, 1 error``: numbers by name in one cell; a dash when there are none."""
     return names(f"{number} {name}" for name, number in numbers.items())
+
+
+class Shown(NamedTuple):
+    """How a column of frames is shown.
+
+    Attributes:
+        title: its header; of a column ``NAME:KEY`` it holds ``{}`` in the place of the key.
+        form: makes the cell's text of the value.
+        left: whether its cells are aligned left; None: where they are texts.
+        notable: see :class:`Column`.
+    """
+
+    title: str
+    form: Callable[[Any], str] = cell
+    left: bool | None = None
+    notable: bool = False
 
 
 @dataclass(frozen=True, slots=True)
