@@ -24,6 +24,8 @@ from steadyload.methods.envelope import Envelope, envelopes
 from steadyload.properties import mechanics
 from steadyload.properties.closed_forms import Stage
 from steadyload.runs.provenance import provenance
+from steadyload.statistics.estimate import Estimate
+from steadyload.studies.changed_loads import DISTANCES, SCALES
 from steadyload.studies.extremes import loads, scenes
 from steadyload.studies.extremes import measuring as extreme_runs
 from steadyload.studies.extremes import running as extreme_cells
@@ -47,7 +49,8 @@ from steadyload.studies.extremes.sweeps import (
 )
 from steadyload.studies.kit import Lab
 
-LOADS = loads.Loads([], 0, 0, [])
+CHANGES = dict.fromkeys((*DISTANCES, *SCALES), Estimate(0.1, 0.0, 0.3, 10))
+LOADS = loads.Loads([loads.Engine("bullet", False, CHANGES, CHANGES, CHANGES)], 10, 10, [])
 PUBLISHED = Path(__file__).resolve().parents[2] / "reports" / "published" / "extremes"
 
 # --- measures -----------------------------------------------------------------------------------
@@ -391,7 +394,7 @@ def test_the_page_shows_what_was_found(found, assert_shown):
         Extremes(),
         found,
         answer=[240, 100, "1,000,000"],
-        charts=[*SWEEPS, "closed-forms", *errors],
+        charts=[*SWEEPS, "closed-forms", "changed-loads", *errors],
         drawn=False,
     )
 
