@@ -17,6 +17,7 @@ from steadyload.layouts.benchmark.build import BuildOptions, build
 from steadyload.layouts.benchmark.parts import SHIPPED, Part
 from steadyload.layouts.benchmark.tables import (
     CASES,
+    LABELS,
     OPINIONS,
     read_tables,
     write_tables,
@@ -263,7 +264,9 @@ def test_a_lab_compares_with_the_labels_of_a_question(labelled_set, tmp_path):
     benchmark = load_benchmark(labelled_set)
     chosen = benchmark.select(Part.TEST, scenarios=("S1",), limit=2)[benchmark.cases.columns]
     stands = chosen[["layout", "scenario"]].iloc[:1].assign(status="done", failing_step=0)
-    labelled = dataclasses.replace(benchmark, stands=stands.astype({"failing_step": "Int16"}))
+    stands = stands.assign(question=str(Question.STANDS)).reindex(columns=LABELS.names)
+    further = stands.astype({"failing_step": "Int16", "moved_item": "Int16"})
+    labelled = dataclasses.replace(benchmark, further_labels=further)
     drawn = labelled.drawn(chosen[::-1])
     assert drawn.select()["layout"].tolist() == chosen["layout"].tolist()[::-1]
     lab = Lab(tmp_path, workers=0)

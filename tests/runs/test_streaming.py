@@ -114,18 +114,18 @@ def test_results_can_be_read_by_column_and_by_shard(tmp_path):
 
 def test_what_a_study_needs_is_measured(tmp_path):
     lab = Lab(tmp_path / "work")
-    found = measured([80], [2000, 1000], lab)
-    assert measured([80], [2000, 1000], lab) == found
-    (point,) = found.points
-    assert (point.rows, point.layouts) == (80, 2)
+    found = measured([1000, 2000], lab)
+    assert measured([1000, 2000], lab) == found
+    _, point = found.points
+    assert (point.rows, point.layouts) == (2000, 50)
     for step in (point.run, point.load, point.report):
         assert step.cpu > 0.0
         assert 10.0 < step.peak < 10_000.0
     text = write_page(Scale().page(found), tmp_path).read_text()
     assert f" {point.run.peak:.0f} |" in text
-    assert f"a study of 80 rows takes {point.run.cpu:.0f} s of CPU time" in " ".join(text.split())
-    assert [judging.layouts for judging in found.by_layouts] == [2000, 1000]
-    assert {judging.layouts for judging in found.by_workers} == {1000}
+    assert f"2,000 rows take {point.run.peak:.0f} MiB" in " ".join(text.split())
+    assert [judging.layouts for judging in found.by_layouts] == [1000, 2000]
+    assert {judging.layouts for judging in found.by_workers} == {2000}
     for judging in (*found.by_layouts, *found.by_workers):
         assert judging.command > 0.0
         if judging.where != "serial":
@@ -153,4 +153,4 @@ def test_many_layouts_differ_and_are_those_of_as_many_lists(tmp_path):
 
 
 def test_every_field_of_what_is_asked_changes_its_key():
-    assert len({Size(80, 1).key, Size(80, 2).key, Size(120, 1).key}) == 3
+    assert len({Size(80, 1).key, Size(2000, 50).key, Size(120, 1).key}) == 3
