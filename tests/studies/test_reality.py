@@ -23,7 +23,7 @@ from steadyload.measured.flight import flight_frames
 from steadyload.measured.motion_files import write_motion
 from steadyload.measured.simulating import simulated
 from steadyload.methods.registry import make_method
-from steadyload.reports.table import percent
+from steadyload.reports.table import percent, plain_percent
 from steadyload.runs.kept_only import kept_only
 from steadyload.statistics.estimate import Estimate
 from steadyload.stored import StoredFileError
@@ -171,12 +171,25 @@ def test_ways_take_contacts_and_the_body_from_their_sources(all_measured):
     assert far[-1] < far[0], "what is known of the body brings simulations nearer to it"
 
 
+def comparable(found):
+    """The same with the accuracies of evaluations in their place: these hold frames."""
+    return replace(
+        found,
+        engines=[
+            replace(one, evaluation=one.evaluation and [
+                (row.method, row.accuracy) for row in one.evaluation.methods
+            ])
+            for one in found.engines
+        ],
+    )  # fmt: skip
+
+
 def test_rows_are_enough_without_the_record_and_nothing_is_simulated(
     lab, data, all_measured, monkeypatch
 ):
     with kept_only("none is measured"):
         again = measured(lab)
-    assert again == all_measured
+    assert comparable(again) == comparable(all_measured)
     monkeypatch.setattr(running, "JITTERS", 2)
     with pytest.raises(MotionError, match="the record is not here; allowed: --data FILE"):
         measured(lab)
@@ -215,7 +228,7 @@ def test_slow_engines_are_run_where_they_are_asked_for(lab, data, all_measured, 
     assert (slow.name, slow.slow, slow.jittered, slow.steps) == ("reference", True, {}, {})
     assert slow.preset == slow.label == "label@reference"
     with kept_only("none is measured"):
-        assert measured(lab) == found
+        assert comparable(measured(lab)) == comparable(found)
 
 
 def test_engines_are_those_that_take_a_body_in_flight_in_space():
@@ -592,7 +605,8 @@ def test_the_page_shows_what_was_found(all_measured, tmp_path, assert_shown):
     off = [one["off_cm"].value for one in (found.released, found.landed, best)]
     assert off[0] > off[1] > off[2]
     study = Reality()
-    answer = [percent(one["right_face"]) for one in found.fitted]
+    shares = sorted((one["right_face"] for one in found.fitted), key=lambda share: share.value)
+    answer = [percent(shares[-1]), plain_percent(shares[0].value)]
     assert_shown(study, found, answer=answer, charts=CHARTS)
     study.beside(found, tmp_path)
     lines = list(csv.DictReader(io.StringIO((tmp_path / FILE).read_text())))
@@ -640,8 +654,7 @@ def test_an_engine_that_fails_is_wrong_everywhere_and_has_a_page(all_measured, a
     row = found.fitted[0]
     assert (row["right_face"].value, row["off_cm"].value) == (0.0, math.inf)
     assert found.rests["no_end"][0] == len(all_measured.recorded.tosses)
-    worst = dict(found.worst[["trial", "predicted"]].to_numpy())
-    assert all("none" in predicted for predicted in worst.values())
+    assert all("none" in one["predicted"] for one in found.worst.to_dict("records"))
     assert "the integrator gave up" in as_csv(found.measured)
     assert_shown(Reality(), found, charts=CHARTS, drawn=False)
 
