@@ -71,7 +71,7 @@ def test_the_comparison_counts_by_hand(run, found):
     )
     same = (said["fbs"] == said[BULLET]).mean()
     assert 0.0 < same < 1.0
-    agree = found.agree["agrees:PS_opt-paper @ bullet"]
+    agree = found.agree["agrees:PS_opt, paper @ bullet"]
     assert agree["fbs"].value == pytest.approx(same)
     assert agree.index[agree.isna()].tolist() == [BULLET]
     assert found.disputed == (said.nunique(axis=1) > 1).sum()

@@ -151,7 +151,7 @@ def test_the_page_of_all_results(tmp_path, assert_drawn):
         "adds at most 5.0 [4.5, 5.5] points of accuracy to the parameters that it starts with, on "
         "bullet for the question *stands*; it adds significantly for 2 of 3 pairs of engine and "
         "question. Of the groups of parameters the friction brings most, on bullet.",
-        "| stands | dart | 900 | 94.0 [93.5, 94.5] | 94.0 [93.5, 94.5] | 0.1 [-0.4, 0.6] |",
+        "| stands | dart | 400 | 94.0 [93.5, 94.5] | 94.0 [93.5, 94.5] | 0.1 [-0.4, 0.6] |",
         "| frequency (Hz) | 30 to 480, step 10 | 60 | 170 | 90 |",
         "3 searches judged 183 genotypes in 4.5 h of CPU time, 69 of them on all cases; the other "
         "114 were abandoned before.",
