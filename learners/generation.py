@@ -19,9 +19,8 @@ import pyarrow as pa
 
 from steadyload.atomic import is_unfinished, manifest_text, write_atomically
 from steadyload.layouts.benchmark import BenchmarkError
-from steadyload.layouts.benchmark.build import BuildOptions, draw_case
 from steadyload.layouts.benchmark.dataset import row_of
-from steadyload.layouts.benchmark.parts import Part
+from steadyload.layouts.benchmark.parts import LABELLED_ITEM_COUNTS, Part
 from steadyload.layouts.benchmark.tables import (
     CASES,
     LAYOUTS,
@@ -29,7 +28,7 @@ from steadyload.layouts.benchmark.tables import (
     SET_FILES,
     write_tables,
 )
-from steadyload.layouts.model.scenarios import Scenario
+from steadyload.layouts.model.scenarios import Scenario, draw_case
 from steadyload.layouts.packing.heuristics import HEURISTICS
 from steadyload.layouts.packing.packing import generate, make_instance
 from steadyload.learners import LearnerError
@@ -219,7 +218,7 @@ def _rows(unit: ListUnit, method: Any) -> list[Row]:
     options = unit.options
     root = OWN_SEEDS + options.seed
     random = np.random.default_rng(np.random.SeedSequence([root, unit.class_number, unit.number]))
-    count = BuildOptions().item_counts.get(unit.class_number)  # as in the labelled set
+    count = LABELLED_ITEM_COUNTS.get(unit.class_number)
     instance = make_instance(unit.class_number, unit.number, seed=root, item_count=count)
     name = f"Seed_{options.seed}_{instance.name}"
     which = sorted(random.choice(len(HEURISTICS), options.heuristics, replace=False).tolist())

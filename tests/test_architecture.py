@@ -82,9 +82,7 @@ ROOMS = {
     "layouts.packers": {"layouts.model", "layouts.files"},
     "layouts": {"layouts.model", "layouts.files", "layouts.packers"},
     "layouts.rewriting": {"layouts", "layouts.model", "layouts.files", "layouts.packers"},
-    "layouts.benchmark": {
-        "layouts", "layouts.model", "layouts.files", "layouts.packing", "layouts.packers",
-    },
+    "layouts.benchmark": {"layouts", "layouts.model", "layouts.files"},
     "statics": set(),
     "statics.bearing": {"statics"},
     "methods.contract": set(),
@@ -98,6 +96,8 @@ ROOMS = {
     "app": {"app.recommend"},
     "learners": set(),
     "learners.plans": {"learners"},
+    "labelling.building": set(),
+    "labelling": {"labelling.building"},
     "tuning": set(),
     "tuning.cascade": {"tuning"},
 }  # fmt: skip

@@ -120,7 +120,7 @@ class Import:
     output: Path = output_option(REQUIRED, "folder of the set", metavar="OUT")
     rotation_unit: str = option(
         "degrees", "of raw observations (default: degrees)",
-        choices="steadyload.layouts.benchmark.observations:RotationUnit",
+        choices="steadyload.labelling.building.observations:RotationUnit",
     )  # fmt: skip
     split_seed: int | None = option(
         None, "draw training, validation and test by item list (default: no splits)", least=0
@@ -132,9 +132,9 @@ class Import:
 
     def run(self) -> None:
         """Import the authors' set, and print the differences."""
-        from steadyload.layouts.benchmark.authors import import_authors
-        from steadyload.layouts.benchmark.observations import RotationUnit
-        from steadyload.layouts.benchmark.splits import SIZES
+        from steadyload.labelling.building.authors import import_authors
+        from steadyload.labelling.building.observations import RotationUnit
+        from steadyload.labelling.building.splits import SIZES
 
         with progress_bar("reading") as advance:
             found = import_authors(
@@ -188,13 +188,13 @@ class Build:
 
     def run(self) -> None:
         """Pack the layouts of a new set."""
-        from steadyload.labelling.labelling import build_set
-        from steadyload.layouts.benchmark.build import (
+        from steadyload.labelling.building.build import (
             CHOOSING_OPTIONS,
             LISTS_OPTIONS,
             PLANAR_OPTIONS,
             BuildOptions,
         )
+        from steadyload.labelling.labelling import build_set
         from steadyload.layouts.packing.packing import WeightRule
 
         kinds = (
@@ -243,8 +243,8 @@ class BuildReal:
 
     def run(self) -> None:
         """Pack the layouts of a set of real size."""
+        from steadyload.labelling.building.real import FURTHER, RealInputs, RealOptions
         from steadyload.labelling.labelling import build_real_set, extend_real_set
-        from steadyload.layouts.benchmark.real import FURTHER, RealInputs, RealOptions
 
         chosen = RealOptions(
             **stated(seed=self.seed, containers=self.container_lists, pallets=self.pallet_lists)
@@ -275,8 +275,8 @@ class ExtendReal:
 
     def run(self) -> None:
         """Add large layouts of further item lists to a set; what it holds stays as it is."""
+        from steadyload.labelling.building.real import FURTHER, ListInputs
         from steadyload.labelling.labelling import extend_real_set
-        from steadyload.layouts.benchmark.real import FURTHER, ListInputs
 
         chosen = replace(
             FURTHER,

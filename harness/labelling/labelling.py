@@ -14,21 +14,8 @@ from typing import Any
 
 import pandas as pd
 
-from steadyload.labelling.label_rows import (
-    CASE_SECONDS,
-    LABEL,
-    LIMITS,
-    TRACES,
-    TraceUnit,
-    lost_row,
-    trace_unit,
-    traced_by,
-)
-from steadyload.layouts.benchmark.build import BuildOptions, build
-from steadyload.layouts.benchmark.confidence import Reason
-from steadyload.layouts.benchmark.dataset import KEYS, Benchmark, load_benchmark, stored_offsets
-from steadyload.layouts.benchmark.parts import HELD_OUT
-from steadyload.layouts.benchmark.real import (
+from steadyload.labelling.building.build import BuildOptions, build
+from steadyload.labelling.building.real import (
     Before,
     ListInputs,
     RealInputs,
@@ -39,13 +26,26 @@ from steadyload.layouts.benchmark.real import (
     list_sources,
     real_manifest,
 )
-from steadyload.layouts.benchmark.splits import (
+from steadyload.labelling.building.splits import (
     FURTHER_DRAWS,
     SplitSizes,
     assign_splits,
     drawn_instances,
     splits_of_manifest,
 )
+from steadyload.labelling.label_rows import (
+    CASE_SECONDS,
+    LABEL,
+    LIMITS,
+    TRACES,
+    TraceUnit,
+    lost_row,
+    trace_unit,
+    traced_by,
+)
+from steadyload.layouts.benchmark.confidence import Reason
+from steadyload.layouts.benchmark.dataset import KEYS, Benchmark, load_benchmark, stored_offsets
+from steadyload.layouts.benchmark.parts import HELD_OUT
 from steadyload.layouts.benchmark.tables import (
     CASES,
     OPINIONS,
@@ -149,7 +149,7 @@ def build_real_set(
     """Write layouts of real size and unlabelled cases; returns the number of cases.
 
     Raises:
-        UserError: see :func:`steadyload.layouts.benchmark.real.build_real`.
+        UserError: see :func:`steadyload.labelling.building.real.build_real`.
         BenchmarkError: the folder already holds a set.
         OSError: a file cannot be read.
     """
@@ -168,13 +168,13 @@ def extend_real_set(
     that was interrupted while it wrote can be repeated.
 
     Args:
-        options: of the draw, :data:`steadyload.layouts.benchmark.real.FURTHER`.
+        options: of the draw, :data:`steadyload.labelling.building.real.FURTHER`.
         inputs: the files that the set was made from.
         directory: of the set; its tables are written anew.
         progress: called with item lists packed and item lists in all.
 
     Raises:
-        UserError: see :func:`steadyload.layouts.benchmark.real.build_further`.
+        UserError: see :func:`steadyload.labelling.building.real.build_further`.
         BenchmarkError: no set of `benchmark build-real`, one that has a further draw, or other
             files.
         ResultsError: another run is at work in the folder.

@@ -15,10 +15,10 @@ import pandas as pd
 import pyarrow as pa
 
 from steadyload.atomic import write_atomically
+from steadyload.labelling.building.paper_files import Case, PaperFiles
 from steadyload.labelling.label_rows import CASE_SECONDS, LABEL
 from steadyload.layouts.benchmark import Benchmark
 from steadyload.layouts.benchmark.dataset import row_of, stored_offsets
-from steadyload.layouts.benchmark.paper_files import Case, PaperFiles
 from steadyload.layouts.benchmark.parts import Part
 from steadyload.layouts.benchmark.tables import CASES, OPINIONS, as_parquet, read_parquet
 from steadyload.layouts.model.layout import Layout

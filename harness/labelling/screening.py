@@ -17,6 +17,7 @@ import numpy as np
 import pandas as pd
 
 from steadyload.engines.registry import package_versions
+from steadyload.labelling.building.splits import splits_of_manifest
 from steadyload.labelling.label_rows import LABEL, case_row
 from steadyload.labelling.screened_loading import (
     MOST_BY_ONE,
@@ -27,7 +28,6 @@ from steadyload.labelling.screened_loading import (
 )
 from steadyload.layouts.benchmark.dataset import KEYS, Benchmark, load_benchmark
 from steadyload.layouts.benchmark.parts import Part
-from steadyload.layouts.benchmark.splits import splits_of_manifest
 from steadyload.layouts.benchmark.tables import (
     CASES,
     LABELS,

@@ -7,9 +7,9 @@ from collections.abc import Mapping
 import numpy as np
 import pandas as pd
 
+from steadyload.labelling.building.item_lists import CONTAINER, EURO_PALLET
 from steadyload.layouts.benchmark.dataset import KEYS, Benchmark
-from steadyload.layouts.benchmark.item_lists import CONTAINER, EURO_PALLET
-from steadyload.layouts.benchmark.real import PALLET_SOFTWARE
+from steadyload.layouts.benchmark.parts import PALLET_SOFTWARE
 from steadyload.layouts.benchmark.tables import UNLABELLED
 from steadyload.layouts.model.question import Question
 from steadyload.statistics.placed import items_placed_by_case

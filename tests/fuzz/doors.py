@@ -20,9 +20,9 @@ from mutation import mutated
 from steadyload.app.repaired_files import write_repaired
 from steadyload.app.repairs import RepairOptions, repair_all
 from steadyload.errors import UserError
+from steadyload.labelling.building.authors_files import Reader as ResultReader
+from steadyload.labelling.building.authors_files import RotationUnit
 from steadyload.layouts import Item, Layout, Pallet
-from steadyload.layouts.benchmark.authors_files import Reader as ResultReader
-from steadyload.layouts.benchmark.authors_files import RotationUnit
 from steadyload.layouts.benchmark.tables import BenchmarkError
 from steadyload.layouts.files.dialect import Dialect
 from steadyload.layouts.files.record import Refused

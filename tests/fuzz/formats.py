@@ -22,10 +22,10 @@ from mutation import mutated, mutated_json
 
 from steadyload.cli.flags import read_config
 from steadyload.config import methods_option, option
+from steadyload.labelling.building.item_lists import read_items, read_products
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.benchmark import tables
 from steadyload.layouts.benchmark.dataset import load_benchmark, row_of
-from steadyload.layouts.benchmark.item_lists import read_items, read_products
 from steadyload.layouts.files.dialect import load_profile
 from steadyload.layouts.files.parquet_layouts import as_parquet
 from steadyload.layouts.files.record import Refused

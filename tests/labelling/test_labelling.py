@@ -11,6 +11,8 @@ import pandas as pd
 import pytest
 
 from steadyload.labelling import labelling
+from steadyload.labelling.building.build import LISTS_OPTIONS, BuildOptions, build
+from steadyload.labelling.building.splits import SplitSizes
 from steadyload.labelling.label_rows import (
     LABEL,
     TRACES,
@@ -26,10 +28,8 @@ from steadyload.labelling.labelling import (
     write_unlabelled,
 )
 from steadyload.layouts.benchmark import BenchmarkError, load_benchmark
-from steadyload.layouts.benchmark.build import LISTS_OPTIONS, BuildOptions, build
 from steadyload.layouts.benchmark.confidence import Reason
 from steadyload.layouts.benchmark.dataset import row_of
-from steadyload.layouts.benchmark.splits import SplitSizes
 from steadyload.layouts.benchmark.tables import (
     UNLABELLED,
     DamagedSetError,

@@ -10,16 +10,16 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from steadyload.labelling.building.build import PLANAR_OPTIONS, BuildOptions
+from steadyload.labelling.building.splits import SIZES, assign_splits
 from steadyload.labelling.label_rows import LABEL, LIMITS
 from steadyload.labelling.labelling import JUDGES
 from steadyload.layouts.benchmark import load_benchmark
-from steadyload.layouts.benchmark.build import PLANAR_OPTIONS, BuildOptions, draw_case
 from steadyload.layouts.benchmark.dataset import KEYS
 from steadyload.layouts.benchmark.parts import CHOOSING, LISTS, PLANAR, SETS, SHIPPED
-from steadyload.layouts.benchmark.splits import SIZES, assign_splits
 from steadyload.layouts.benchmark.tables import write_tables
 from steadyload.layouts.model.question import Question
-from steadyload.layouts.model.scenarios import Scenario
+from steadyload.layouts.model.scenarios import Scenario, draw_case
 from steadyload.layouts.packing.heuristics import HEURISTICS
 from steadyload.layouts.packing.packing import (
     ITEM_CLASSES,

@@ -12,8 +12,8 @@ import pytest
 
 from steadyload.atomic import checksum, manifest_text
 from steadyload.cli import main
+from steadyload.labelling.building.build import BuildOptions, build
 from steadyload.layouts.benchmark import BenchmarkError, load_benchmark
-from steadyload.layouts.benchmark.build import BuildOptions, build
 from steadyload.layouts.benchmark.parts import SHIPPED, Part
 from steadyload.layouts.benchmark.tables import (
     CASES,

@@ -15,10 +15,10 @@ import pytest
 from verdict_tables import verdicts
 
 from steadyload.cli import main
+from steadyload.labelling.building.splits import SplitSizes
 from steadyload.labelling.labelling import write_unlabelled
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.benchmark.dataset import row_of
-from steadyload.layouts.benchmark.splits import SplitSizes
 from steadyload.layouts.packing.packing import random_layouts
 from steadyload.learners.weights import load_weights
 from steadyload.runs.definition import load_study

@@ -19,7 +19,7 @@ from steadyload.labelling.screening import label_screened
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.benchmark import BenchmarkError, load_benchmark, tables
 from steadyload.layouts.benchmark.dataset import KEYS, row_of
-from steadyload.layouts.benchmark.real import NO_CLASS, PALLET_SOFTWARE
+from steadyload.layouts.benchmark.parts import NO_CLASS, PALLET_SOFTWARE
 from steadyload.layouts.benchmark.tables import (
     CASES,
     OPINIONS,

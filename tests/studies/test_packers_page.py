@@ -5,11 +5,11 @@ import math
 import pandas as pd
 import pytest
 
+from steadyload.labelling.building.item_lists import CONTAINER
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.benchmark import BenchmarkError, load_benchmark
 from steadyload.layouts.benchmark.dataset import row_of
-from steadyload.layouts.benchmark.item_lists import CONTAINER
-from steadyload.layouts.benchmark.real import PALLET_SOFTWARE
+from steadyload.layouts.benchmark.parts import PALLET_SOFTWARE
 from steadyload.layouts.benchmark.tables import (
     CASES,
     LABELS,

@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from steadyload.labelling.building.paper_files import FileOptions, make_files
 from steadyload.labelling.label_rows import LABEL
 from steadyload.labelling.paper_labels import (
     content_of,
@@ -16,7 +17,6 @@ from steadyload.labelling.paper_labels import (
     ship_labels,
     shipped_labels,
 )
-from steadyload.layouts.benchmark.paper_files import FileOptions, make_files
 from steadyload.layouts.packing.heuristics import Heuristic
 from steadyload.layouts.packing.packing import HEURISTICS, make_instance, pack_instance
 from steadyload.methods.registry import make_method

@@ -8,9 +8,9 @@ import pytest
 
 pytest.importorskip("torch")
 
+from steadyload.labelling.building.paper_files import FileOptions, make_files
 from steadyload.labelling.paper_labels import case_layouts, label_files, labelled_cases
 from steadyload.layouts import Item, Layout, Pallet
-from steadyload.layouts.benchmark.paper_files import FileOptions, make_files
 from steadyload.layouts.packing.heuristics import Heuristic
 from steadyload.methods.registry import make_method
 from steadyload.reports.pages.writing import write_page

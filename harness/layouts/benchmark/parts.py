@@ -34,6 +34,16 @@ SETS: Mapping[str, Path] = {
 }
 """Names of further sets of the package, and their folders."""
 
+LABELLED_ITEM_COUNTS: Mapping[int, int] = {3: 32}
+"""Items of an instance in labelled sets, where they are not the class's own. Splits and intervals
+are by item list, and fewer items a list give more of them."""
+
+NO_CLASS = 0
+"""Item class of layouts that are of none of the paper's."""
+
+PALLET_SOFTWARE = "palletising software"
+"""Source of the customers' pallets in the set of layouts of real size."""
+
 
 def set_named(directory: str | None, beside: Path = Path()) -> str | Path | None:
     """A labelled set as a study names it: a word of :data:`SETS`, or a folder.

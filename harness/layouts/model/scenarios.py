@@ -9,6 +9,9 @@ import numpy as np
 
 from steadyload.layouts.model.layout import Layout
 
+_OFFSET_DECIMALS = 2
+"""Centres of mass lie on tenths of a millimetre: the stored values are those judged."""
+
 _REACH = 0.8
 """The centre of mass stays within this share of every side."""
 
@@ -66,3 +69,9 @@ def apply_scenario(
     if planar:
         shares[:, _ALONG_DEPTH] = 0.0
     return centred.with_mass_offsets(shares * sides)
+
+
+def draw_case(layout: Layout, scenario: Scenario, seed: int, *, planar: bool = False) -> Layout:
+    """A layout in a scenario, its centres of mass rounded as they are stored."""
+    drawn = apply_scenario(layout, scenario, seed, planar=planar)
+    return drawn.with_mass_offsets(np.round(drawn.mass_offsets, _OFFSET_DECIMALS) + 0.0)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from steadyload.layouts.benchmark import Benchmark
 from steadyload.layouts.benchmark.dataset import KEYS
-from steadyload.layouts.benchmark.real import PALLET_SOFTWARE
+from steadyload.layouts.benchmark.parts import PALLET_SOFTWARE
 from steadyload.layouts.sizes import FEWER, FINE_SIZES, SIZES, binned
 from steadyload.runs import frames as v
 from steadyload.runs.costs import limited_costs, timed_costs

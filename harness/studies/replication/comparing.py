@@ -9,13 +9,13 @@ from functools import cache
 import numpy as np
 import pandas as pd
 
+from steadyload.labelling.building.paper_files import PaperFiles
 from steadyload.labelling.paper_labels import (
     Labels,
     case_layouts,
     labelled_cases,
     set_of,
 )
-from steadyload.layouts.benchmark.paper_files import PaperFiles
 from steadyload.layouts.benchmark.parts import Part
 from steadyload.layouts.model.scenarios import Scenario
 from steadyload.methods.registry import make_method

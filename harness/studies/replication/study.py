@@ -27,8 +27,8 @@ class Replication(Study["Results"]):
 
     def run(self, lab: Lab) -> Results:
         """Accuracies of what learns and what does not; labels that are missing are made first."""
+        from steadyload.labelling.building.paper_files import FileOptions, make_files
         from steadyload.labelling.paper_labels import label_files, shipped_labels
-        from steadyload.layouts.benchmark.paper_files import FileOptions, make_files
         from steadyload.learners import require_training
         from steadyload.studies.replication.comparing import replicate
         from steadyload.studies.replication.methods import FULL, QUICK

@@ -12,8 +12,7 @@ import numpy as np
 from steadyload.engines.registry import capabilities, engines
 from steadyload.errors import nearest
 from steadyload.layouts.benchmark import load_benchmark
-from steadyload.layouts.benchmark.parts import REAL, Part
-from steadyload.layouts.benchmark.real import PALLET_SOFTWARE
+from steadyload.layouts.benchmark.parts import PALLET_SOFTWARE, REAL, Part
 from steadyload.layouts.model.question import Question
 from steadyload.methods.cascade.thresholds import Ladder, Stage, Thresholds, fingerprint
 from steadyload.methods.contract.spec import SpecError, parse_spec

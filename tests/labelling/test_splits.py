@@ -6,8 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from steadyload.layouts.benchmark import BenchmarkError
-from steadyload.layouts.benchmark.splits import (
+from steadyload.labelling.building.splits import (
     MOST_STABLE,
     FurtherDraw,
     SplitSizes,
@@ -15,6 +14,7 @@ from steadyload.layouts.benchmark.splits import (
     split_by_instance,
     spread_over_lists,
 )
+from steadyload.layouts.benchmark import BenchmarkError
 from steadyload.layouts.sizes import MOST_SMALL
 
 SIZES = SplitSizes(test=40, validation=12, test_lists=3, validation_lists=1)

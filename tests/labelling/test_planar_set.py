@@ -6,13 +6,13 @@ import json
 import pytest
 
 from steadyload.cli import main
-from steadyload.labelling.labelling import build_set, split_sizes
-from steadyload.layouts.benchmark import load_benchmark
-from steadyload.layouts.benchmark.build import (
+from steadyload.labelling.building.build import (
     PLANAR_OPTIONS,
     BuildOptions,
     build,
 )
+from steadyload.labelling.labelling import build_set, split_sizes
+from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.benchmark.overview import overview
 from steadyload.layouts.benchmark.parts import PLANAR, Part
 from steadyload.layouts.model.scenarios import Scenario, apply_scenario

@@ -11,9 +11,7 @@ import pytest
 import steadyload as sl
 from steadyload.atomic import write_atomically
 from steadyload.cli import main
-from steadyload.labelling.labelling import build_real_set, extend_real_set
-from steadyload.layouts.benchmark import tables
-from steadyload.layouts.benchmark.item_lists import (
+from steadyload.labelling.building.item_lists import (
     CONTAINER,
     ItemListError,
     PalletRule,
@@ -24,14 +22,16 @@ from steadyload.layouts.benchmark.item_lists import (
     read_items,
     read_products,
 )
-from steadyload.layouts.benchmark.real import (
+from steadyload.labelling.building.real import (
     PALLET_SOFTWARE,
     RealInputs,
     RealOptions,
     build_real,
     real_manifest,
 )
-from steadyload.layouts.benchmark.splits import splits_of_manifest
+from steadyload.labelling.building.splits import splits_of_manifest
+from steadyload.labelling.labelling import build_real_set, extend_real_set
+from steadyload.layouts.benchmark import tables
 from steadyload.layouts.benchmark.tables import CASES, BenchmarkError, read_tables, write_tables
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.model.floor import FloorKind

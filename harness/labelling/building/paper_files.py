@@ -14,9 +14,8 @@ from functools import cached_property
 
 import pandas as pd
 
-from steadyload.layouts.benchmark.build import draw_case
 from steadyload.layouts.model.layout import Layout
-from steadyload.layouts.model.scenarios import Scenario
+from steadyload.layouts.model.scenarios import Scenario, draw_case
 from steadyload.layouts.packing.heuristics import HEURISTICS, Heuristic
 from steadyload.layouts.packing.packing import ITEM_CLASSES, WeightRule, generate, make_instance
 from steadyload.progress import Progress, silent

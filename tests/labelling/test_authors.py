@@ -4,10 +4,10 @@ import json
 
 import pytest
 
+from steadyload.labelling.building.authors import import_authors, read_authors
+from steadyload.labelling.building.observations import RotationUnit, read_movements
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.benchmark import BenchmarkError, load_benchmark
-from steadyload.layouts.benchmark.authors import import_authors, read_authors
-from steadyload.layouts.benchmark.observations import RotationUnit, read_movements
 from steadyload.layouts.writers import as_job
 
 H1, H2 = "H1_Class_3_Instance_15_ULD_0", "H2_Class_3_Instance_15_ULD_0"

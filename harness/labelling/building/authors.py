@@ -28,16 +28,16 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from steadyload.layouts.benchmark.authors_files import (
+from steadyload.labelling.building.authors_files import (
     JOBS,
     Job,
     Label,
     Reader,
     find_files,
 )
+from steadyload.labelling.building.observations import LABEL_T, Movements, RotationUnit
+from steadyload.labelling.building.splits import SIZES, SplitSizes, assign_splits
 from steadyload.layouts.benchmark.dataset import row_of
-from steadyload.layouts.benchmark.observations import LABEL_T, Movements, RotationUnit
-from steadyload.layouts.benchmark.splits import SIZES, SplitSizes, assign_splits
 from steadyload.layouts.benchmark.tables import (
     CASES,
     LAYOUTS,

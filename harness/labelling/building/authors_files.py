@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from steadyload.layouts.benchmark.observations import (
+from steadyload.labelling.building.observations import (
     Movements,
     RotationUnit,
     read_movements,

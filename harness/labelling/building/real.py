@@ -11,9 +11,7 @@ from typing import Any
 import pandas as pd
 
 from steadyload.atomic import checksum
-from steadyload.layouts.benchmark.build import draw_case
-from steadyload.layouts.benchmark.dataset import row_of
-from steadyload.layouts.benchmark.item_lists import (
+from steadyload.labelling.building.item_lists import (
     CONTAINER,
     DENSITIES,
     EURO_PALLET,
@@ -25,11 +23,13 @@ from steadyload.layouts.benchmark.item_lists import (
     pallet_lists,
     product_files,
 )
+from steadyload.layouts.benchmark.dataset import row_of
+from steadyload.layouts.benchmark.parts import NO_CLASS, PALLET_SOFTWARE
 from steadyload.layouts.benchmark.tables import BenchmarkError
 from steadyload.layouts.files.limits import MAX_FILE_BYTES
 from steadyload.layouts.formats import read_layouts
 from steadyload.layouts.model.layout import Layout, Pallet
-from steadyload.layouts.model.scenarios import Scenario
+from steadyload.layouts.model.scenarios import Scenario, draw_case
 from steadyload.layouts.packers.packed import (
     PACKERS,
     ItemList,
@@ -40,12 +40,6 @@ from steadyload.layouts.packers.packed import (
 from steadyload.layouts.sizes import MOST_SMALL
 from steadyload.progress import Progress, silent
 from steadyload.reading import content_of
-
-NO_CLASS = 0
-"""Item class of layouts that are of none of the paper's."""
-
-PALLET_SOFTWARE = "palletising software"
-"""Source of the customers' pallets."""
 
 _ORDER = ".order-"
 """Parts the name of a customer's pallet: before it stands the order."""
@@ -90,7 +84,7 @@ class RealOptions:
         most_in_all_scenarios: larger layouts are cases in S1 alone.
         rule: how lists for Euro pallets are drawn.
         test: share of the instances that is held out, see
-            :func:`steadyload.layouts.benchmark.splits.split_by_instance`.
+            :func:`steadyload.labelling.building.splits.split_by_instance`.
         validation: likewise.
     """
 
@@ -124,8 +118,8 @@ class ListInputs:
     """Folders that item lists are drawn from.
 
     Args:
-        containers: of :func:`steadyload.layouts.benchmark.item_lists.container_lists`.
-        products: of :func:`steadyload.layouts.benchmark.item_lists.pallet_lists`.
+        containers: of :func:`steadyload.labelling.building.item_lists.container_lists`.
+        products: of :func:`steadyload.labelling.building.item_lists.pallet_lists`.
     """
 
     containers: Path

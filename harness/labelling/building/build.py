@@ -8,10 +8,11 @@ from dataclasses import dataclass, field
 import numpy as np
 import pandas as pd
 
+from steadyload.labelling.building.splits import SIZES, SplitSizes
 from steadyload.layouts.benchmark.dataset import row_of
-from steadyload.layouts.benchmark.splits import SIZES, SplitSizes
+from steadyload.layouts.benchmark.parts import LABELLED_ITEM_COUNTS
 from steadyload.layouts.model.layout import Layout
-from steadyload.layouts.model.scenarios import Scenario, apply_scenario
+from steadyload.layouts.model.scenarios import Scenario, draw_case
 from steadyload.layouts.packing.packing import (
     ITEM_CLASSES,
     PackedLayout,
@@ -20,9 +21,6 @@ from steadyload.layouts.packing.packing import (
     make_instance,
 )
 from steadyload.progress import Progress, silent
-
-_OFFSET_DECIMALS = 2
-"""Centres of mass lie on tenths of a millimetre: the stored values are those judged."""
 
 _INSTANCES = 17
 """Item lists of every class of the large set."""
@@ -37,8 +35,7 @@ class BuildOptions:
         instances: item lists of every class.
         first_instance: number of the first of them; lists of another number are other lists.
         most_layouts: layouts of an item list, drawn at random where there are more; None for all.
-        item_counts: items of an instance by class, where they are not the class's own. Class 3
-            has 32 instead of 64: splits and intervals are by item list, and this gives more.
+        item_counts: items of an instance by class, where they are not the class's own.
         weights: how heavy items are.
         planar: every layout is a planar scene in every scenario; see
             :class:`steadyload.layouts.packing.packing.Instance` and
@@ -51,7 +48,7 @@ class BuildOptions:
     instances: int = _INSTANCES
     first_instance: int = 0
     most_layouts: int | None = None
-    item_counts: Mapping[int, int] = field(default_factory=lambda: {3: 32})
+    item_counts: Mapping[int, int] = field(default_factory=lambda: dict(LABELLED_ITEM_COUNTS))
     weights: WeightRule = WeightRule.PAPER
     planar: bool = False
     fewest_items: int = 1
@@ -148,9 +145,3 @@ def _drawn(
     sequence = np.random.SeedSequence(options.seed, spawn_key=(4, options.first_instance, place))
     chosen = np.random.default_rng(sequence).permutation(len(packed))[: options.most_layouts]
     return [packed[k] for k in sorted(chosen)]
-
-
-def draw_case(layout: Layout, scenario: Scenario, seed: int, *, planar: bool = False) -> Layout:
-    """A layout in a scenario, its centres of mass rounded as they are stored."""
-    drawn = apply_scenario(layout, scenario, seed, planar=planar)
-    return drawn.with_mass_offsets(np.round(drawn.mass_offsets, _OFFSET_DECIMALS) + 0.0)
