@@ -168,7 +168,7 @@ def _linear(
 def _flat(array: Any) -> Array32:
     with np.errstate(over="ignore"):
         # What is infinite then is no verdict; see the methods.
-        return np.ascontiguousarray(array, dtype=np.float32)
+        return np.require(array, np.float32, ["C", "ALIGNED"])
 
 
 def _gates(array: Any) -> Array32:

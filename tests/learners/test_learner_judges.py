@@ -6,6 +6,7 @@ The networks are tiny and trained for seconds; what they say is of no matter her
 import dataclasses
 import json
 import shutil
+import struct
 import subprocess
 import sys
 from contextlib import closing
@@ -97,6 +98,19 @@ def test_without_torch_a_network_says_what_it_says_with_it(kind, layers):
     np.testing.assert_allclose(alone.probabilities_of_many(rows), expected, atol=1e-6)
     for k in range(len(rows)):
         np.testing.assert_allclose(alone.probabilities(rows[k]), expected[k], atol=1e-6)
+
+
+@pytest.mark.parametrize("kind", NetworkKind)
+@pytest.mark.parametrize("padding", range(4))
+def test_weights_may_begin_at_any_byte_of_a_file(kind, padding):
+    arrays = {name: value.numpy() for name, value in NETWORKS[kind](9, 4, 1).state_dict().items()}
+    content = safetensors.numpy.save(arrays)
+    (length,) = struct.unpack("<Q", content[:8])
+    head = content[8 : 8 + length] + padding * b" "
+    read = parse_arrays(struct.pack("<Q", len(head)) + head + content[8 + length :], Path("here"))
+    rows = np.random.default_rng(padding).normal(0.0, 2.0, (5, 9)).astype(np.float32)
+    expected = Network(arrays).probabilities(rows)
+    np.testing.assert_array_equal(Network(read).probabilities(rows), expected)
 
 
 @pytest.mark.parametrize("kind", NetworkKind)
