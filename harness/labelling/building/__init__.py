@@ -1,1 +1,1 @@
-"""What labelled sets are made of: layouts that are packed or read, their cases and splits."""
+"""Making labelled sets: layouts that are packed or read, their cases, and splits."""
