@@ -40,13 +40,13 @@ def manifest_text(manifest: Mapping[str, Any]) -> str:
 
 
 def verified_manifest(found: Mapping[str, Any]) -> dict[str, Any]:
-    """A manifest that was read, without its checksum; those of earlier versions have none.
+    """A manifest that was read, without its checksum.
 
     Raises:
-        ChecksumError: it is not what was written.
+        ChecksumError: it is not what was written, or has no checksum.
     """
     manifest = dict(found)
-    if manifest.pop(_CHECKSUM, None) not in (None, checksum(json.dumps(manifest).encode())):
+    if manifest.pop(_CHECKSUM, None) != checksum(json.dumps(manifest).encode()):
         raise ChecksumError
     return manifest
 

@@ -25,7 +25,7 @@ class StoredFileError(UserError):
 
 
 def stored_object(path: Path, remedy: str) -> dict[str, Any]:
-    """The object of a JSON file, without its checksum; files of earlier versions have none.
+    """The object of a JSON file, without its checksum.
 
     Args:
         path: the file.
@@ -44,7 +44,7 @@ def stored_object(path: Path, remedy: str) -> dict[str, Any]:
 
 
 def stored_list(path: Path, key: str, remedy: str) -> list[Any]:
-    """The list of a JSON file that :func:`store_list` wrote, or an earlier version as such.
+    """The list of a JSON file that :func:`store_list` wrote.
 
     Args:
         path: the file; an empty list where there is none.
@@ -55,8 +55,7 @@ def stored_list(path: Path, key: str, remedy: str) -> list[Any]:
         return []
     content = content_of(path, MAX_STORED_BYTES)
     try:
-        found = _parsed(content, dict | list)
-        values = found if isinstance(found, list) else verified_manifest(found)[key]
+        values = verified_manifest(_parsed(content, dict))[key]
         if not isinstance(values, list) or not all(isinstance(value, dict) for value in values):
             raise ValueError
     except (ChecksumError, LookupError, ValueError, RecursionError):

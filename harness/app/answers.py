@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 
 from steadyload.layouts.model.footing import Footing, Gap, Side
 from steadyload.layouts.model.frame import Frame
-from steadyload.methods.contract.old_keys import with_old_keys
 from steadyload.methods.contract.verdict import Verdict, record_of
 from steadyload.notebook import ShownInNotebook
 from steadyload.runs.able import asked_question, spec_with_question
@@ -270,13 +269,13 @@ class Check(ShownInNotebook):
         return f"{self.layout}{boxes}: {said}{road} [{method}{right}]"
 
     def to_dict(self) -> dict[str, Any]:
-        """The answer as values that JSON can hold, with units in the names; then old names."""
+        """The answer as values that JSON can hold, with units in the names."""
         sure = self.reliability
         of_verdict = (record_of(self.verdict) if self.verdict is not None else {}).get
         known, widest = self.items is not None, 0.0 if self.gap is None else self.gap.height
         seen = self.fault is not None and self.fault.simulation
         lost = None if self.fault is None else self.fault.lost
-        record = {
+        return {
             "layout": self.layout,
             "file": self.file,
             "items": self.items,
@@ -324,7 +323,6 @@ class Check(ShownInNotebook):
             "allowed_kg": None if self.crushed is None else self.crushed.allowed_kg,
             **_transport_fields(self.transport),
         }
-        return with_old_keys("check", record)
 
 
 def too_far(frame: Frame, gaps_cm: float) -> str:

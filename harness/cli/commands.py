@@ -137,33 +137,6 @@ TOPICS: Mapping[str, tuple[str, Group]] = {
 OF_TOPICS: Mapping[str, str] = {"reality": "study reality"}
 """First word of commands of two words -> the command that flags right after it belong to."""
 
-RENAMED: Mapping[str, str] = {
-    "report": "study report",
-    "table5": "study evaluation",
-    "sensitivity": "study sensitivity",
-    "real": "study evaluation --directory real --question both --timeout 20",
-    "cascade page": "study cascade",
-    "compare-presets": "study tuning",
-    "tuned": "study tuning",
-    "learned": "study learned",
-    "replicate": "study replication",
-    "uncertain": "study uncertain",
-    "session": "study session",
-    "bench": "study speed",
-    "compare-engines": "study engines",
-    "precision": "study extremes",
-    "scope": "study scope",
-    "verify closed-forms": "study closed-forms",
-    "verify convergence": "study convergence",
-    "extremes": "study extremes",
-    "properties": "study properties",
-    "benchmark page": "study benchmark",
-    "compare-limits": "study transport",
-    "packers": "study packers",
-    "study measure": "study scale",
-}
-"""Earlier words of commands -> their present words, with flags; both work."""
-
 
 def commands() -> dict[str, Command]:
     """All commands by their words; studies are imported for their names and summaries.

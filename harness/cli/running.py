@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from importlib import metadata
 from typing import Any
 
-from steadyload.cli.commands import OF_TOPICS, RENAMED, TOPICS, Command, Group, commands
+from steadyload.cli.commands import OF_TOPICS, TOPICS, Command, Group, commands
 from steadyload.cli.flags import HELP, UsageError, parsed, print_help
 from steadyload.cli.terminal import say, say_warnings
 from steadyload.engines.errors import EngineInputError
@@ -61,7 +61,7 @@ def command_of(words: Sequence[str]) -> Any:
     if words[0] == "--version":
         print(metadata.version("steadyload"))
         return None
-    first, *rest = _present(words)
+    first, *rest = words
     if first in OF_TOPICS and rest and rest[0].startswith("-") and rest[0] not in HELP:
         first, *rest = *OF_TOPICS[first].split(), *rest
     if first in TOPICS:
@@ -78,16 +78,6 @@ def command_of(words: Sequence[str]) -> Any:
         raise UsageError(f"unknown command {first!r}; {nearest(first, names)}")
     command = known[first]
     return parsed(first, command.load(), command.about, rest)
-
-
-def _present(words: Sequence[str]) -> list[str]:
-    """Words of a command line, an earlier name of a command replaced by that of today."""
-    for count in (2, 1):
-        old = " ".join(words[:count])
-        if old in RENAMED:
-            say(f"steadyload {old} is now called steadyload {RENAMED[old]}")
-            return [*RENAMED[old].split(), *words[count:]]
-    return list(words)
 
 
 def _help(known: dict[str, Command], topic: str = "") -> None:

@@ -24,7 +24,6 @@ from steadyload.layouts.files.parquet_table import table_of
 from steadyload.layouts.files.record import shown
 from steadyload.layouts.model.layout import Layout
 from steadyload.methods.contract.method import Method, Verdict
-from steadyload.methods.contract.old_keys import OLD_KEYS
 from steadyload.methods.contract.spec import stored_values
 from steadyload.reading import MAX_STORED_BYTES, content_of, json_of
 from steadyload.runs.store import Codec, DamagedError, Store, checksum_of
@@ -35,9 +34,8 @@ _log = logging.getLogger("steadyload")
 SCHEMA_VERSION = 2
 """2: shards and the files beside them have checksums. The rows are those of 1."""
 
-LAYOUTS_FILE, COLUMNS_FILE = "layouts.json", "layouts.parquet"
-"""Names of the copy of the layouts in a run folder, which has one of the two: the former in runs
-that an earlier version began."""
+LAYOUTS_FILE = "layouts.parquet"
+"""Name of the copy of the layouts in a run folder."""
 
 _SECONDS = ("build", "step", "read", "total")
 
@@ -180,7 +178,7 @@ def superseded(directory: Path) -> set[Path]:
 
 
 def load_results(directory: str | Path, columns: Sequence[str] | None = None) -> pd.DataFrame:
-    """All rows of a run folder as a DataFrame with :data:`COLUMNS`, and old names of some.
+    """All rows of a run folder as a DataFrame with :data:`COLUMNS`.
 
     A run that is not finished gives the rows that are there, with a warning that says how many
     shards are missing. Integer columns that may be missing come as pandas' nullable ``Int32``. Rows
@@ -239,12 +237,6 @@ def each_table(
     directory = Path(directory)
     if columns is not None:
         columns = list(dict.fromkeys(_STORED.get(name, name) for name in columns))
-    found = manifest["schema_version"]
-    if found != SCHEMA_VERSION:
-        raise ResultsError(
-            f"{directory}: schema version {shown(found)}; allowed: {SCHEMA_VERSION}; run the study "
-            "again to compute it anew"
-        )
     store = result_store(directory)
     keys = [key for key in manifest["shards"] if key in store]
     lost = len(manifest["shards"]) - len(keys)
@@ -287,17 +279,13 @@ def kept_file(directory: str | Path, name: str, manifest: Mapping[str, Any] | No
 
 def kept_layouts(directory: str | Path, manifest: Mapping[str, Any] | None = None) -> Path:
     """The copy of the layouts of a run; arguments and errors are those of :func:`kept_file`."""
-    manifest = load_manifest(directory) if manifest is None else manifest
-    columns = COLUMNS_FILE in manifest.get("files", {})
-    return kept_file(directory, COLUMNS_FILE if columns else LAYOUTS_FILE, manifest)
+    return kept_file(directory, LAYOUTS_FILE, manifest)
 
 
 def _frame(table: pa.Table) -> pd.DataFrame:
     """Stored rows as they are handed out."""
     nullable = {pa.int32(): pd.Int32Dtype()}
-    rows = table.to_pandas(types_mapper=nullable.get).rename(columns=_WITH_UNITS)
-    old = {key: new for key, new in OLD_KEYS.get("results", {}).items() if new in rows}
-    return rows.assign(**{key: rows[new] for key, new in old.items()})
+    return table.to_pandas(types_mapper=nullable.get).rename(columns=_WITH_UNITS)
 
 
 def load_manifest(directory: str | Path) -> dict[str, Any]:
@@ -305,7 +293,7 @@ def load_manifest(directory: str | Path) -> dict[str, Any]:
 
     Raises:
         DamagedError: it is not what was written.
-        ResultsError: not a run folder.
+        ResultsError: not a run folder, or one of another :data:`SCHEMA_VERSION`.
         TooLargeError: it has too many bytes.
     """
     path = Path(directory) / "manifest.json"
@@ -319,6 +307,12 @@ def load_manifest(directory: str | Path) -> dict[str, Any]:
         raise ResultsError(f"{path}: not valid JSON; is it cut off?") from None
     if not _is_manifest(manifest):
         raise ResultsError(f"{path}: is not the manifest of a study")
+    found = manifest["schema_version"]
+    if found != SCHEMA_VERSION:
+        raise ResultsError(
+            f"{directory}: schema version {shown(found)}; allowed: {SCHEMA_VERSION}; run the study "
+            "again to compute it anew"
+        )
     try:
         return verified_manifest(manifest)
     except ChecksumError:

@@ -51,7 +51,6 @@ from steadyload.runs.labels import (
 from steadyload.runs.pool import IN_THIS_PROCESS, Executor, PartLimit
 from steadyload.runs.provenance import provenance
 from steadyload.runs.results import (
-    COLUMNS_FILE,
     LAYOUTS_FILE,
     SCHEMA_VERSION,
     load_manifest,
@@ -79,14 +78,13 @@ from steadyload.runs.units import (
 
 _log = logging.getLogger("steadyload")
 
-_COPIES = (LAYOUTS_FILE, COLUMNS_FILE)
-_FRESH = tuple(f".{name}" for name in _COPIES)
-"""Names of the copy of the layouts until it is complete."""
+_FRESH = f".{LAYOUTS_FILE}"
+"""Name of the copy of the layouts until it is complete."""
 
 _MADE = ("git", "versions", "machine", "started", "finished")
 """Entries of a manifest on when its verdicts were made, and with what."""
 
-_SINGLE_FILES = (*_FRESH, "manifest.json", LABELS_FILE)
+_SINGLE_FILES = (_FRESH, "manifest.json", LABELS_FILE)
 
 
 def run_study(
@@ -155,11 +153,9 @@ def _run(
 ) -> int:
     for name in _SINGLE_FILES:
         clear_unfinished(directory, name)
-    # A run that was begun with the other copy goes on as it was begun: its keys are those of units.
-    name = LAYOUTS_FILE if (directory / LAYOUTS_FILE).exists() else COLUMNS_FILE
-    fresh, kept = directory / f".{name}", directory / name
+    fresh, kept = directory / _FRESH, directory / LAYOUTS_FILE
     made_by = made_now(judges)
-    in_blocks = judged_in_blocks(study) if name == COLUMNS_FILE else ()
+    in_blocks = judged_in_blocks(study)
     singly = {spec: made for spec, made in made_by.items() if spec not in in_blocks}
     passing = _Passing(EnvelopeCount(judges), of_cases=material.about is not None)
     of_blocks: list[BlockUnit] = []
@@ -186,7 +182,7 @@ def _run(
         manifest |= {name: found[name] for name in _MADE if name in found}
     elif survey.present and (directory / "manifest.json").exists():
         manifest["machine"] = _machines(load_manifest(directory), manifest["machine"])
-    manifest |= {"cases_a_unit": size, "files": {name: checksum_of(fresh)}}
+    manifest |= {"cases_a_unit": size, "files": {LAYOUTS_FILE: checksum_of(fresh)}}
     if labels is not None:
         manifest["files"][LABELS_FILE] = checksum(labels)
     if not survey.missing and _is_finished(directory, manifest):
@@ -302,8 +298,7 @@ def _claimed_by(directory: Path) -> str | None:
         return str(load_manifest(directory)["study"]["name"])
     except ResultsError:
         shards = (directory / "results").glob("*.parquet")
-        copies = [name for name in _COPIES if (directory / name).is_file()]
-        if not (copies and any(shards)):
+        if not ((directory / LAYOUTS_FILE).is_file() and any(shards)):
             raise
     path = directory / "manifest.json"
     _log.warning("%s: is damaged; it is thrown away and made again", path)
@@ -314,7 +309,7 @@ def _claimed_by(directory: Path) -> str | None:
 def _is_foreign(found: Path) -> bool:
     """True if a file is not one that an interrupted start leaves behind."""
     begun = any(is_unfinished(found, name) for name in _SINGLE_FILES)
-    return found.name not in ("results", ".lock", *_FRESH) and not begun
+    return found.name not in ("results", ".lock", _FRESH) and not begun
 
 
 def _is_finished(directory: Path, manifest: dict[str, Any]) -> bool:

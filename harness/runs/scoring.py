@@ -15,7 +15,6 @@ from steadyload.layouts.model.layout import Item, Layout
 from steadyload.layouts.model.naming import box_id, with_ids
 from steadyload.layouts.model.scenarios import Scenario
 from steadyload.methods.contract.method import Method, Status, Verdict, judge
-from steadyload.methods.contract.old_keys import with_old_keys
 from steadyload.methods.contract.verdict import record_of
 from steadyload.methods.doubt import doubt
 from steadyload.methods.envelope import leaves
@@ -65,11 +64,11 @@ def score_layouts(
     Returns:
         Records with the keys ``layout, file, method, question, scenario, floor``, those of
         :func:`steadyload.methods.contract.verdict.record_of`, ``failing_box, moved_box, outside,
-        doubt`` and old names of some; ``question`` is that of a method
-        that knows several, ``floor`` is ``deck`` or ``infinite``, ``failing_box`` and
-        ``moved_box`` are ids, None where a box has none, ``outside`` lists in which quantities the
-        layout leaves the envelope of the method's engine, and ``doubt`` is a sentence on a load
-        that a simulation sees fall although contact forces balance it, else empty.
+        doubt``; ``question`` is that of a method that knows several, ``floor`` is ``deck`` or
+        ``infinite``, ``failing_box`` and ``moved_box`` are ids, None where a box has none,
+        ``outside`` lists in which quantities the layout leaves the envelope of the method's
+        engine, and ``doubt`` is a sentence on a load that a simulation sees fall although contact
+        forces balance it, else empty.
 
     Raises:
         LayoutError: a file cannot be read as a whole; or a layout is not valid, if ``strict``.
@@ -170,7 +169,7 @@ def uncertain_record(found: VerdictReliability, boxes: Sequence[Item] = ()) -> R
     """
     shares = found.shares
     likeliest = found.likeliest if shares else None
-    record = {
+    return {
         "stands": found.stands,
         "interval": [found.low, found.high],
         "distribution": {"none" if k is None else str(k): share for k, share in shares.items()},
@@ -185,7 +184,6 @@ def uncertain_record(found: VerdictReliability, boxes: Sequence[Item] = ()) -> R
         "cpu_seconds": found.cpu,
         "wall_seconds": found.wall,
     }
-    return with_old_keys("uncertain", record)
 
 
 def read_entries(
@@ -215,7 +213,7 @@ def _record(
     else:
         verdict = Verdict(item_count=0, status=Status.REFUSED, reason=str(entry.error))
         items, outside, boxes, floor, doubtful = None, [], (), None, ""
-    record = {
+    return {
         "layout": entry.name,
         "file": file,
         "method": str(method.spec),
@@ -230,4 +228,3 @@ def _record(
         "outside": outside,
         "doubt": doubtful,
     }
-    return with_old_keys("score", record)

@@ -84,11 +84,10 @@ def kept_load(file: Path) -> float | None:
     if not file.exists():
         return None
     try:
-        found = json_of(content_of(file, MAX_STORED_BYTES))
-        load = verified_manifest(found)[_WHILE_JUDGING] if isinstance(found, dict) else found
+        load = verified_manifest(json_of(content_of(file, MAX_STORED_BYTES)))[_WHILE_JUDGING]
         if isinstance(load, bool) or not isinstance(load, int | float | None):
             raise ValueError
-    except (LookupError, RecursionError, ValueError):
+    except (LookupError, RecursionError, TypeError, ValueError):
         _log.warning("%s: is damaged; the load of the machine is not known", file)
         return None
     return load

@@ -204,7 +204,7 @@ def test_a_study_from_definition_to_report(steadyload, layout_file, tmp_path):
     )
     done = steadyload("study", "run", "s.toml", "-j", "1", cwd=tmp_path)
     assert (done.returncode, done.stderr) == (0, "")
-    report = steadyload("report", "runs/s", cwd=tmp_path)
+    report = steadyload("study", "report", "runs/s", cwd=tmp_path)
     assert report.stdout.strip() == "runs/s/report.md"
     assert (tmp_path / "runs" / "s" / "report.md").read_text().startswith("# Study: s")
 

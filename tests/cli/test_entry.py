@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from steadyload.cli import main, running
-from steadyload.cli.commands import RENAMED, TOPICS, commands
+from steadyload.cli.commands import TOPICS, commands
 from steadyload.errors import FailedError
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.formats import Format, write_layouts
@@ -138,8 +138,6 @@ def test_the_help_lists_commands_in_groups(capsys):
     assert places == sorted(places)
     for words in commands():
         assert f"\n│ {words.split()[0]} " in told
-    assert not any(f"\n│ {old} " in told for old in RENAMED)
-    assert not set(commands()) & set(RENAMED)
 
 
 @pytest.mark.parametrize(
@@ -187,30 +185,6 @@ def test_a_wrong_word_is_one_sentence_that_names_the_nearest(words, message, cap
     assert message in told.err
     assert told.err.splitlines()[-1].startswith("steadyload: ")
     assert not told.out
-
-
-@pytest.mark.parametrize("old", [
-    "report", "table5", "sensitivity", "real", "cascade page", "compare-presets", "tuned",
-    "learned", "replicate", "uncertain", "session", "bench", "compare-engines", "precision",
-    "scope", "verify closed-forms", "verify convergence", "extremes", "properties",
-    "benchmark page", "compare-limits", "packers", "study measure",
-])  # fmt: skip
-def test_no_word_that_earlier_versions_had_is_lost(old):
-    assert old in RENAMED
-
-
-@pytest.mark.parametrize(("old", "new"), RENAMED.items())
-def test_an_earlier_name_is_taken_with_one_line(old, new, capsys):
-    assert main([*old.split(), "--help"]) == 0
-    told = capsys.readouterr()
-    assert told.err == f"steadyload {old} is now called steadyload {new}\n"
-    assert f"Usage: steadyload {new.partition(' --')[0]}" in told.out
-
-
-def test_an_earlier_name_of_a_study_brings_what_it_meant_and_flags_override_it():
-    was = running.command_of(["real", "--timeout", "60", "--limit", "2"])
-    assert (was.directory, was.asked, was.timeout) == ("real", "both", 60.0)
-    assert was.limit == 2
 
 
 def test_flags_right_after_a_topic_are_of_its_study(capsys):

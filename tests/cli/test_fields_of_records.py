@@ -1,4 +1,4 @@
-"""Fields of records: docs list them, old ones equal new ones, and lengths and angles have units."""
+"""Fields of records: docs list them, and lengths and angles have units."""
 
 import csv
 import io
@@ -14,7 +14,6 @@ from steadyload.app.repair_results import repair_fields
 from steadyload.cli import main
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.formats import Format, write_layouts
-from steadyload.methods.contract.old_keys import OLD_KEYS
 from steadyload.methods.registry import make_method
 from steadyload.methods.uncertainty import parse_uncertainty
 from steadyload.repairing.plan import Kind
@@ -64,10 +63,6 @@ def records(folder):
     }
 
 
-def test_every_old_key_is_looked_at():
-    assert set(OLD_KEYS) <= set(KINDS)
-
-
 def listed(page, head):
     """Rows of a table of docs: the fields of each, and what is said of them."""
     text = (DOCS / page).read_text()
@@ -76,20 +71,9 @@ def listed(page, head):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_docs_list_all_fields_in_their_order_and_mark_old_ones(records, kind):
+def test_docs_list_all_fields_in_their_order(records, kind):
     page, head, record = records[kind]
-    rows = listed(page, head)
-    assert [field for fields, _ in rows for field in fields] == list(record)
-    old = [field for fields, said in rows if said.startswith("old name") for field in fields]
-    assert old == list(OLD_KEYS.get(kind, {}))
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_an_old_key_has_the_value_of_the_new_one(records, kind):
-    _, _, record = records[kind]
-    for old, new in OLD_KEYS.get(kind, {}).items():
-        assert record[old] == record[new]
-        assert record[new] is not None, new
+    assert [field for fields, _ in listed(page, head) for field in fields] == list(record)
 
 
 @pytest.mark.parametrize(("words", "head"), [
@@ -126,10 +110,7 @@ def test_a_length_or_an_angle_has_its_unit_in_its_name(records, folder, capsys):
     repair = sl.repair(FALLS)
     keys |= repair.to_dict().keys() | repair.to_dict()["changes"][0].keys()
     keys |= repair_fields(repair).keys()
-    old = {key for kind in OLD_KEYS.values() for key in kind}
-    without = {
-        key for key in keys - old if UNSAID & {*key.split("_")} and not UNITS & {*key.split("_")}
-    }
+    without = {key for key in keys if UNSAID & {*key.split("_")} and not UNITS & {*key.split("_")}}
     assert without == {
         "direction",  # of an axis, such as +x
     } | {key for key in keys if key.startswith("gap_") and key != "gap_cm"}  # of boxes
@@ -147,9 +128,8 @@ def test_stored_rows_keep_their_names_and_are_handed_out_with_units(folder):
     stored = pq.read_table(shard)
     assert stored.schema.names == SCHEMA.names
     rows = load_results(folder / "run")
-    old = OLD_KEYS.get("results", {})
-    assert list(rows.columns) == [*COLUMNS, *old]
+    assert list(rows.columns) == list(COLUMNS)
     assert rows["displacement_cm"].tolist() == stored["displacement"].to_pylist()
     assert rows["rotation_deg"].tolist() == stored["rotation"].to_pylist()
-    for names in (["rotation_deg", "score"], [*old], [*old, "rotation_deg"]):
-        assert load_results(folder / "run", names).equals(rows[names])
+    names = ["rotation_deg", "score"]
+    assert load_results(folder / "run", names).equals(rows[names])

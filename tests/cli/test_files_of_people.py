@@ -193,7 +193,7 @@ def test_one_refused_layout_is_told_in_the_singular(folder, capsys):
     (folder / "s.toml").write_text('layouts = ["a.json"]\nmethods = ["fbs"]\n')
     status, _, err = run(capsys, "study", "run", "s.toml", "--executor", "serial")
     assert (status, err.splitlines()[-1]) == (3, "steadyload: 1 of 3 layouts was refused")
-    assert run(capsys, "report", "runs/s")[0] == 0
+    assert run(capsys, "study", "report", "runs/s")[0] == 0
     page = (folder / "runs" / "s" / "report.md").read_text()
     assert "**1 further layout of the files was refused**, since it is not valid" in page
 
@@ -211,7 +211,7 @@ def test_a_study_leaves_out_wrong_layouts_and_says_so(folder, capsys):
     manifest = load_manifest(folder / "runs" / "s")
     assert (manifest["layouts"], manifest["refused"]["count"]) == (2, 2)
     assert str(folder) not in manifest["refused"]["first"][0]
-    assert run(capsys, "report", "runs/s")[0] == 0
+    assert run(capsys, "study", "report", "runs/s")[0] == 0
     page = (folder / "runs" / "s" / "report.md").read_text()
     assert "**2 further layouts of the files were refused**" in page
     status, _, err = run(capsys, *words, "--strict")
@@ -253,7 +253,7 @@ def test_ids_change_no_key_and_are_found_again(folder, capsys):
     rows = with_box_ids(load_results("runs/s"), "runs/s").set_index("method")
     assert rows.loc["fbs", "failing_box"] == rows.loc["fbs", "moved_box"] == "SKU-2"
     assert rows["failing_box"].isna().tolist() == [False, True]
-    assert run(capsys, "report", "runs/s")[0] == 0
+    assert run(capsys, "study", "report", "runs/s")[0] == 0
     assert "| 1 (SKU-2) |" in (folder / "runs" / "s" / "report.md").read_text()
 
 

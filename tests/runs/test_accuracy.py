@@ -402,7 +402,7 @@ def test_a_folder_without_its_labels_says_so(run, tmp_path):
     content, manifest = as_labels(frame[1:]), load_manifest(mine)
     (mine / "labels.parquet").write_bytes(content)
     manifest["files"]["labels.parquet"] = checksum(content)
-    (mine / "manifest.json").write_text(json.dumps(manifest))
+    (mine / "manifest.json").write_text(manifest_text(manifest))
     with pytest.raises(ResultsError, match="has no label in scenario 'S1'"):
         compare(mine)
 

@@ -9,17 +9,17 @@ import pyarrow.parquet as pq
 import pytest
 from verdict_tables import verdicts
 
-from steadyload.layouts.formats import Format, read_layouts, read_written, write_layouts
+from steadyload.layouts.formats import Format, read_written, write_layouts
 from steadyload.layouts.model.batch import LayoutBatch
 from steadyload.layouts.model.layout import replace_items
 from steadyload.layouts.packing.packing import random_layouts
 from steadyload.methods import make_method
-from steadyload.runs import blocks, runner
+from steadyload.runs import blocks
 from steadyload.runs.blocks import block_unit, blocks_of, judge_block
 from steadyload.runs.box_ids import with_box_ids
 from steadyload.runs.definition import StudyDefinition, StudyError
 from steadyload.runs.pool import PartLimit, Processes
-from steadyload.runs.results import COLUMNS_FILE, LAYOUTS_FILE, kept_layouts, load_results
+from steadyload.runs.results import LAYOUTS_FILE, kept_layouts, load_results
 from steadyload.runs.runner import run_study
 from steadyload.runs.units import OtherCodeError, hard_limit, made_now, timed_out_row
 from steadyload.studies.report.comparing import compare
@@ -53,9 +53,8 @@ def test_rows_are_those_of_judging_one_by_one(tmp_path, size, methods, repetitio
     run_study(replace(study, **ONE_BY_ONE), tmp_path / "rows")
     pd.testing.assert_frame_equal(verdicts(tmp_path / "blocks"), verdicts(tmp_path / "rows"))
     assert (load_results(tmp_path / "blocks")["cpu_total"] > 0.0).all()
-    groups = pq.read_metadata(tmp_path / "blocks" / COLUMNS_FILE).num_row_groups
+    groups = pq.read_metadata(tmp_path / "blocks" / LAYOUTS_FILE).num_row_groups
     assert groups == -(-20 // size)
-    assert not (tmp_path / "blocks" / LAYOUTS_FILE).exists()
     first, second = (compare(tmp_path / name).rows for name in ("blocks", "rows"))
     assert list(first["fully_stable"]) == list(second["fully_stable"])
 
@@ -128,24 +127,10 @@ def test_an_interrupted_run_goes_on_to_the_same_table(tmp_path, monkeypatch):
     assert run_study(study, tmp_path / "run", rerun=True) == 60
 
 
-def test_a_run_that_an_earlier_version_began_goes_on_as_it_was_begun(tmp_path, monkeypatch):
-    run = tmp_path / "run"
-    with monkeypatch.context() as earlier:
-        earlier.setattr(runner, "COLUMNS_FILE", LAYOUTS_FILE)
-        run_study(study_of("sme", **ONE_BY_ONE), run)
-    first, second = read_layouts(run / LAYOUTS_FILE), list(study_of().layouts())
-    assert [(lay.name, lay.items) for lay in first] == [(lay.name, lay.items) for lay in second]
-    assert run_study(study_of("sme"), run) == 0
-    next((run / "results").glob("*.parquet")).unlink()
-    assert run_study(study_of("sme"), run) in (12, 4)
-    assert (run / LAYOUTS_FILE).exists()
-    assert not (run / COLUMNS_FILE).exists()
-
-
 def test_a_damaged_copy_is_noticed_and_made_again(tmp_path):
     study, run = study_of("sme"), tmp_path / "run"
     run_study(study, run)
-    copy = run / COLUMNS_FILE
+    copy = run / LAYOUTS_FILE
     content = copy.read_bytes()
     copy.write_bytes(content[:-20] + b"x" * 20)
     with pytest.raises(ValueError, match=r"layouts\.parquet: cannot be read, it is damaged"):

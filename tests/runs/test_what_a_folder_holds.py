@@ -43,9 +43,7 @@ def test_the_swap_file_of_an_editor_stays(folder, name):
     assert not cut.exists()
 
 
-@pytest.mark.parametrize(
-    "name", ["manifest.json", "layouts.json", "layouts.parquet", ".layouts.parquet"]
-)
+@pytest.mark.parametrize("name", ["manifest.json", "layouts.parquet", ".layouts.parquet"])
 def test_a_file_that_is_a_link_gives_way_and_what_it_points_to_stays(folder, name):
     assert run(folder) == 0
     place = folder / "run" / name

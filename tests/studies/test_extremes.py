@@ -25,6 +25,7 @@ from steadyload.properties import mechanics
 from steadyload.properties.closed_forms import Stage
 from steadyload.runs.provenance import provenance
 from steadyload.statistics.estimate import Estimate
+from steadyload.stored import stored_object
 from steadyload.studies.changed_loads import DISTANCES, SCALES
 from steadyload.studies.extremes import loads, scenes
 from steadyload.studies.extremes import measuring as extreme_runs
@@ -464,7 +465,7 @@ def test_envelopes_are_written_where_they_are_asked_for(found, tmp_path, monkeyp
     assert not list(Extremes().remarks(found))
     asked = Extremes(write_envelope=True)
     asked.beside(found, tmp_path)
-    written = json.loads(path.read_text())
+    written = stored_object(path, "")
     assert {name: len(entry["rows"]) for name, entry in written.items()} == {
         "bullet": 2, "reference": 1,
     }  # fmt: skip
@@ -497,5 +498,5 @@ def test_the_committed_envelope_is_the_published_one():
     assert {"bullet", "mujoco", "dart", "chipmunk", "reference"} <= measured <= set(engines())
     assert [f for f, _ in envelopes()["bullet"]] == list(FREQUENCIES)
     source = re.search(r"- source: (?:git )?(\w+)", text)
-    for entry in json.loads(envelope_file().read_text()).values():
+    for entry in stored_object(envelope_file(), "").values():
         assert (entry["made"]["git"],) == source.groups()

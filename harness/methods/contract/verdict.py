@@ -15,7 +15,6 @@ from steadyload.layouts.model.batch import LayoutBatch
 from steadyload.layouts.model.frame import Frame
 from steadyload.layouts.model.layout import Layout
 from steadyload.layouts.model.naming import NAMELESS, Named, label_in, with_ids
-from steadyload.methods.contract.old_keys import with_old_keys
 from steadyload.methods.contract.stopwatch import Seconds
 from steadyload.notebook import ShownInNotebook
 from steadyload.statistics.placed import items_placed
@@ -124,8 +123,8 @@ class Verdict(ShownInNotebook):
         return self.failing_step if self.moved_item is None else self.moved_item
 
     def to_dict(self) -> dict[str, Any]:
-        """The fields of :func:`record_of`, and old names of some."""
-        return with_old_keys("verdict", record_of(self))
+        """The fields of :func:`record_of`."""
+        return record_of(self)
 
     def __str__(self) -> str:
         return self.sentence(Frame())

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import accumulate, groupby, takewhile
 from operator import attrgetter
@@ -11,7 +10,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import steadyload.methods
-from steadyload.atomic import write_atomically
+from steadyload.atomic import manifest_text, write_atomically
 from steadyload.engines.registry import installed_versions
 from steadyload.methods.envelope import ENVELOPES, Envelope
 from steadyload.reports.columns import column, row, yes_no
@@ -174,7 +173,7 @@ def write_envelopes(
                 if own.engine == engine
             ],
         }
-    write_atomically(path, json.dumps(entries, indent=1) + "\n")
+    write_atomically(path, manifest_text(entries))
 
 
 def _holds(row: EnvelopeRow) -> dict[str, Any]:

@@ -11,7 +11,7 @@ import json
 import re
 import zlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from importlib import metadata, resources
+from importlib import metadata
 from pathlib import Path
 
 import numpy as np
@@ -35,11 +35,13 @@ from steadyload.properties.search import (
     PropertyResult,
     search,
 )
+from steadyload.reading import own_file
 from steadyload.runs.asked import Keyed
 from steadyload.runs.pool import SinglePart
 from steadyload.runs.provenance import key_of, made_by, provenance_lines
 from steadyload.runs.store import Codec, Store, locked
 from steadyload.statistics.metrics import share
+from steadyload.stored import REMEDY, stored_object
 from steadyload.studies.kit import Lab, asked
 from steadyload.studies.properties.outcomes import (
     ENOUGH,
@@ -193,7 +195,7 @@ def units_of(
     subject: MethodUnderTest, properties: Sequence[Property], examples: Mapping[str, int], seed: int
 ) -> list[PropertyUnit]:
     """Units of a method, of the properties that apply to it; ``examples`` by property."""
-    envelopes = json.loads(resources.files("steadyload.methods").joinpath(ENVELOPES).read_bytes())
+    envelopes = stored_object(own_file("steadyload.methods", ENVELOPES), REMEDY)
     made = {
         **made_by(subject.method),
         **package_versions(("hypothesis",)),
