@@ -10,6 +10,7 @@ import pandas as pd
 import pytest
 from pyarrow import parquet
 
+from steadyload.atomic import manifest_text
 from steadyload.cli import main
 from steadyload.layouts.benchmark.dataset import KEYS, load_benchmark
 from steadyload.layouts.benchmark.parts import SHIPPED
@@ -32,7 +33,7 @@ def small_set(tmp_path_factory):
     manifest = json.loads((SHIPPED / "manifest.json").read_text())
     for of_the_whole in ("checksums", "checksum", "stands"):
         manifest.pop(of_the_whole, None)
-    (folder / "manifest.json").write_text(json.dumps(manifest))
+    (folder / "manifest.json").write_text(manifest_text(manifest))
     return folder
 
 
