@@ -62,7 +62,11 @@ class Abstaining:
 
 def calibrated(judge: str, kind: str, found: Reliability) -> Calibrated:
     """The row of a calibration."""
-    bins = [Bin(judge, kind, one.low, one.high, one.mean, one.happened) for one in found.bins]
+    bins = [
+        # Beyond these digits a network differs by the processor that it runs on.
+        Bin(judge, kind, one.low, one.high, round(one.mean, 4), one.happened)
+        for one in found.bins
+    ]
     return Calibrated(judge, kind, found.brier, found.error, bins)
 
 
