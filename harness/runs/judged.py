@@ -25,8 +25,8 @@ from steadyload.runs.results import KEYS, ResultsError, each_table, in_order, lo
 from steadyload.statistics.metrics import outcomes
 
 _COLUMNS = (
-    *KEYS, "item_count", "method_name", "engine", "parameters", "status", "failing_step", "score",
-    "substeps", "body_substeps",
+    *KEYS, "layout_hash", "item_count", "method_name", "engine", "parameters", "status",
+    "failing_step", "score", "substeps", "body_substeps",
     *(f"cpu_{phase}" for phase in ("build", "step", "read", "total")), "wall_total",
 )  # fmt: skip
 
@@ -104,6 +104,41 @@ class JudgedCases:
             said=said,
             labels=None if self.labels is None else self.labels[cases],
             clusters=self.clusters[cases],
+        )
+
+    def beside(self, more: JudgedCases) -> JudgedCases:
+        """The cases that two runs have, judged by the methods of both.
+
+        Args:
+            more: further methods on labelled cases.
+
+        Raises:
+            ResultsError: the runs have no case in common, or one that is not the same in both.
+        """
+        assert self.labels is not None, "the run is on a labelled set"
+        assert more.labels is not None, "the other one is, too"
+        own = self.only(self.said.index.isin(more.said.index))
+        more = more.only(more.said.index.isin(own.said.index))
+        cases = own.said.index
+        hashes = [
+            one.results.drop_duplicates(cases.names)
+            .set_index(cases.names)["layout_hash"]
+            .loc[cases]
+            for one in (own, more)
+        ]
+        if not len(cases) or not hashes[0].equals(hashes[1]):
+            raise ResultsError(
+                f"studies {self.manifest['study']['name']!r} and {more.manifest['study']['name']!r}"
+                f" have {len(cases)} cases of the same names; required: one or more, with the same "
+                "layouts"
+            )
+        return replace(
+            own,
+            keys={**own.keys, **more.keys},
+            rows=own.rows + more.rows,
+            results=pd.concat([own.results, more.results], ignore_index=True),
+            said=own.said.join(more.said),
+            not_honoured={**own.not_honoured, **more.not_honoured},
         )
 
     def of(self, specs: Iterable[str]) -> JudgedCases:

@@ -133,7 +133,7 @@ def rows(page: str, folder: str | Path = ROWS) -> pd.DataFrame:
         )
     file = archive_of(entry, Path(folder))
     if not file.exists():
-        raise RowsError(f"{file}: does not exist; rows come with a clone, name its reports/rows")
+        raise _not_there(file)
     return _table(file).to_pandas()
 
 
@@ -168,6 +168,19 @@ def unpack(entry: Entry, folder: Path = ROWS) -> Path | None:
             write_atomically(rows / MADE_WITH, _as_json(stated))
         rows.rename(entry.work)
     return entry.work
+
+
+def unpacked_rows(page: str, work: Path) -> Path:
+    """The rows of a page, unpacked into another work folder unless that has them.
+
+    Raises:
+        RowsError: there are none here, or they are damaged.
+    """
+    (entry,) = named((page,))
+    there = dataclasses.replace(entry, work=work / entry.work.name)
+    if unpack(there) is None and not there.work.exists():
+        raise _not_there(archive_of(entry, ROWS))
+    return there.work
 
 
 def _packed(work: Path, but: Sequence[Path]) -> bytes:
@@ -258,6 +271,10 @@ def _checked(found: tarfile.TarFile, archive: Path) -> list[tarfile.TarInfo]:
                 f"{archive}: holds too much; allowed: {_MOST_FILES} files of {MAX_FILE_BYTES} bytes"
             )
     return members
+
+
+def _not_there(file: Path) -> RowsError:
+    return RowsError(f"{file}: does not exist; rows come with a clone, name its reports/rows")
 
 
 def _too_large(file: Path) -> RowsError:

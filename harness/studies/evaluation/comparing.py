@@ -36,7 +36,7 @@ from steadyload.runs import frames as v
 from steadyload.runs.answers import Answers, answers_of, judged_layouts, listed_cases
 from steadyload.runs.costs import timed_costs
 from steadyload.runs.evaluation import ALL, labelled_part
-from steadyload.runs.judged import JudgedCases, load_judged, manifest_lines
+from steadyload.runs.judged import JudgedCases, manifest_lines
 from steadyload.runs.labels import statuses_on
 from steadyload.runs.paper import paper
 from steadyload.runs.results import kept_layouts, load_results
@@ -79,7 +79,7 @@ def compare(lab: Lab, asked: Options) -> Found:
     ran = judged_and_timed(lab, asked)
     main, *_ = ran.values()
     benchmark = load_benchmark(main.definition.benchmark_directory)
-    every = load_judged(main.folder)
+    every = main.judged()
     labelled = [q for q in asked.questions if len(every.asked(q).said)] or asked.questions[:1]
     sets = [of_question(asked, ran, every, benchmark, question) for question in labelled]
     own, first = sets[0], asked.questions[0]
@@ -95,7 +95,7 @@ def compare(lab: Lab, asked: Options) -> Found:
     papers = Question.WITHIN in asked.questions and asked.timeout is None
     epochs, converted = unlike_the_paper(list(own["keys"].values()))
     answered = benchmark.cases["status"].value_counts().sort_index()
-    for one in sets:
+    for one in sets if asked.published is None else ():
         _write_front(one, main.timed, made_with, lab.work)
     return Found(
         made_with=made_with,
@@ -110,7 +110,7 @@ def compare(lab: Lab, asked: Options) -> Found:
             labels_of(every.asked(first)), benchmark.further_verdicts_on(first), first
         ),
         small=SMALL in ran,
-        lost=without_verdict([one.folder for one in ran.values()], keys),
+        lost=without_verdict([own for one in ran.values() for own in one.folders], keys),
         who_planned=places.who_planned({one["question"]: one["frame"] for one in sets}),
         floors=floors(lab, asked, benchmark),
         screened=screened_steps(benchmark.screening),
@@ -149,7 +149,7 @@ def of_question(
     rows, tests = found["rows"], found["tests"]
     whole = frame
     if SMALL in ran:
-        small = load_judged(ran[SMALL].folder).of(judged.keys).asked(question)
+        small = ran[SMALL].judged().of(judged.keys).asked(question)
         whole = pd.concat([costed(small, ran[SMALL], asked), frame])
     if limited:
         rows["exponent"] = methods.exponents(frame)
@@ -202,7 +202,7 @@ def of_question(
 
 def of_planar(asked: Options, ran: Ran) -> Values:
     """All methods on planar layouts, each compared with one alone: the item lists are few."""
-    judged = load_judged(ran.folder).of((*asked.shown(Question.WITHIN), *asked.planar))
+    judged = ran.judged().of((*asked.shown(Question.WITHIN), *asked.planar))
     frame = costed(judged.asked(Question.WITHIN), ran, asked)
     found = _common(judged, frame, ran, Question.WITHIN, against=YARDSTICK)
     rows, tests = found["rows"], found["tests"][ALL]
@@ -308,7 +308,7 @@ def _agreement(judged: JudgedCases, few: Sequence[str]) -> list[Values]:
 
 
 def _answers(judged: JudgedCases, ran: Ran) -> Answers | None:
-    kept = kept_layouts(ran.folder, judged.manifest)
+    kept = kept_layouts(ran.folder)
     return answers_of(judged, judged_layouts(judged, kept, listed_cases(judged)))
 
 

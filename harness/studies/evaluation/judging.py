@@ -5,10 +5,11 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import partial
+from functools import partial, reduce
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
 import pandas as pd
 
 from steadyload.app.check_defaults import PREFERENCES
@@ -16,6 +17,7 @@ from steadyload.app.recommend.kept import REAL, SMALL, SPATIAL
 from steadyload.engines.registry import EngineNotInstalledError, capabilities, engines_here
 from steadyload.layouts.benchmark.dataset import KEYS
 from steadyload.layouts.benchmark.parts import PLANAR, set_named
+from steadyload.layouts.model.layout import Layout
 from steadyload.layouts.model.question import Question, with_question
 from steadyload.methods.contract.method import Status
 from steadyload.methods.contract.spec import as_plain, parse_spec
@@ -25,10 +27,12 @@ from steadyload.methods.simulation.simulation_parameters import tuning
 from steadyload.methods.tuned import TUNED, tuned_engines
 from steadyload.runs.able import able_methods, asked_question
 from steadyload.runs.definition import StudyDefinition, StudyError
+from steadyload.runs.judged import JudgedCases, load_judged
 from steadyload.runs.labels import labelled_cases
 from steadyload.runs.results import ResultsError, load_manifest, load_results
 from steadyload.runs.runner import run_study
-from steadyload.runs.timing import BLOCK, Times, timed
+from steadyload.runs.timing import BLOCK, Times, kept_times, timed
+from steadyload.studies.kept_rows import unpacked_rows
 from steadyload.studies.kit import Lab
 
 RULES = ("fbs", "pbs0.9", "pbs0.7", "pbs0.5", "sme", "equilibrium", "equilibrium:time=0.3")
@@ -115,6 +119,7 @@ customers' pallets that are judged on several floors."""
 _FEW = 0.1
 """Largest share of the timed cases that a method may refuse and still be timed on the others."""
 
+_PUBLISHED = "the published page has it"
 _NO_PLANAR = "judges planar layouts alone, which this page does not show"
 
 
@@ -127,6 +132,8 @@ class Options:
             on it, but that planar layouts have no labels of the question ``stands``.
         timeout: CPU seconds a judgement may take; None for no limit. With a limit there are no
             planar layouts and no timing pass.
+        published: work folder of a published page, whose verdicts and times are shown, too.
+        kept: specs of the methods that these are of.
         spatial: specs of the methods that judge 3-D layouts.
         planar: specs of those on 2-D engines.
         left_out: by spec, the reason why a method that nobody named cannot judge.
@@ -143,6 +150,8 @@ class Options:
     questions: tuple[Question, ...] = (Question.WITHIN,)
     limit: int | None = None
     timeout: float | None = None
+    published: Path | None = None
+    kept: tuple[str, ...] = ()
     spatial: tuple[str, ...] = field(init=False)
     planar: tuple[str, ...] = field(init=False)
     left_out: Mapping[str, str] = field(init=False)
@@ -152,6 +161,12 @@ class Options:
             raise StudyError(f"limit is {self.limit}; allowed: 1 or more")
         usual = standard_methods if self.timeout is None else limited_methods
         able, left_out = able_methods(self.methods, usual)
+        left_out |= dict.fromkeys(set(able).intersection(self.kept), _PUBLISHED)
+        able = tuple(spec for spec in able if spec not in self.kept)
+        if not able:
+            raise StudyError(
+                f"methods {', '.join(self.methods)}: the published page has them all; name another"
+            )
         planar = tuple(spec for spec in able if _is_planar(spec))
         spatial = tuple(spec for spec in able if spec not in planar)
         if not spatial:
@@ -159,7 +174,8 @@ class Options:
                 f"methods {', '.join(able)}: none judges layouts in space; name one more, such as "
                 "sme"
             )
-        if planar and (Question.WITHIN not in self.questions or self.timeout is not None):
+        without = Question.WITHIN not in self.questions or self.timeout is not None
+        if planar and (without or self.published):
             left_out |= dict.fromkeys(planar, _NO_PLANAR)
             planar = ()
         vars(self).update(spatial=spatial, planar=planar, left_out=left_out)
@@ -170,14 +186,15 @@ class Options:
         Of a method that stands in the list once a question only the one that judges this one;
         of named methods all, where the page is of one question.
         """
+        specs = (*self.kept, *self.spatial)
         if len(self.questions) > 1:
-            return tuple(s for s in self.spatial if asked_question(s) in (None, question))
-        if self.methods:
+            return tuple(s for s in specs if asked_question(s) in (None, question))
+        if self.methods and not self.kept:
             return self.spatial
-        stands = {spec for spec in self.spatial if asked_question(spec) == Question.STANDS}
+        stands = {spec for spec in specs if asked_question(spec) == Question.STANDS}
         if question == Question.WITHIN:
-            return tuple(spec for spec in self.spatial if spec not in stands)
-        return tuple(s for s in self.spatial if with_question(s, Question.STANDS) not in stands)
+            return tuple(spec for spec in specs if spec not in stands)
+        return tuple(s for s in specs if with_question(s, Question.STANDS) not in stands)
 
     @property
     def definitions(self) -> Mapping[str, StudyDefinition]:
@@ -232,11 +249,42 @@ class Timed:
 
 
 class Ran(NamedTuple):
-    """A run on a labelled set: its definition and folder, and its timing pass if there was one."""
+    """A run on a labelled set: its definition and folder, its timing pass if there was one, and the
+    folder of the published run beside it if there is one.
+    """
 
     definition: StudyDefinition
     folder: Path
     timed: Timed | None
+    published: Path | None = None
+
+    @property
+    def folders(self) -> tuple[Path, ...]:
+        """The folders of verdicts, that of the published ones first."""
+        return (self.folder,) if self.published is None else (self.published, self.folder)
+
+    def judged(self) -> JudgedCases:
+        """The cases that all methods have judged, published ones too."""
+        return reduce(JudgedCases.beside, map(load_judged, self.folders))
+
+
+def beside_published(lab: Lab, asked: Options) -> Options:
+    """Options by which named methods are judged on the cases of the published page of a question.
+
+    Raises:
+        RowsError: its kept rows are not there, or damaged.
+    """
+    page = "evaluation_real" if len(asked.questions) > 1 else {
+        Question.WITHIN: "evaluation", Question.STANDS: "evaluation_stands"
+    }[asked.questions[0]]  # fmt: skip
+    work = unpacked_rows(page, lab.work / "published")
+    manifest = load_manifest(work / (REAL if len(asked.questions) > 1 else SPATIAL))
+    kept = manifest["study"]
+    limit = min((n for n in (asked.limit, kept["limit"]) if n is not None), default=None)
+    return dataclasses.replace(
+        asked, directory=manifest["labels"]["set"], limit=limit, timeout=kept["timeout"],
+        published=work, kept=tuple(kept["methods"]),
+    )  # fmt: skip
 
 
 def judged_and_timed(lab: Lab, asked: Options) -> Mapping[str, Ran]:
@@ -262,7 +310,8 @@ def judged_and_timed(lab: Lab, asked: Options) -> Mapping[str, Ran]:
     return {
         name: Ran(
             definition, lab.work / name,
-            _timed(lab, asked, definition, lab.work / name) if asked.timeout is None else None,
+            _timed(lab, asked, definition, name) if asked.timeout is None else None,
+            None if asked.published is None else asked.published / name,
         )
         for name, definition in asked.definitions.items()
     }  # fmt: skip
@@ -276,8 +325,8 @@ def run(lab: Lab, definition: StudyDefinition, name: str) -> None:
     )  # fmt: skip
 
 
-def _timed(lab: Lab, asked: Options, definition: StudyDefinition, folder: Path) -> Timed:
-    is_planar = definition.benchmark_directory == PLANAR
+def _timed(lab: Lab, asked: Options, definition: StudyDefinition, name: str) -> Timed:
+    folder, is_planar = lab.work / name, definition.benchmark_directory == PLANAR
     most = _PLANAR_TIMED if is_planar else TIMED
     fewer = dataclasses.replace(definition, limit=min(most, asked.limit or most))
     cases = {(layout.name, str(scenario)): layout for scenario, layout in labelled_cases(fewer)}
@@ -293,7 +342,25 @@ def _timed(lab: Lab, asked: Options, definition: StudyDefinition, folder: Path) 
         workers=lab.workers,
         progress=lambda *of: lab.progress("timing", *of),
     )
-    return Timed(tuple(cases), times, untimed, {spec: len(own) for spec, own in refused.items()})
+    own = Timed(tuple(cases), times, untimed, {spec: len(own) for spec, own in refused.items()})
+    return own if asked.published is None else _beside_kept(own, cases, asked.published / name)
+
+
+def _beside_kept(own: Timed, layouts: Mapping[tuple[str, str], Layout], published: Path) -> Timed:
+    """A timing pass with the kept times of published methods, on the cases that both have."""
+    kept = kept_times(published / "times").set_index(["method", "layout_hash"])
+    clocks = [1e-6 * kept[f"timed_{clock}_ns"].unstack("method") for clock in ("cpu", "wall")]
+    timed = [layouts[case].content_hash() in clocks[0].index for case in own.cases]
+    found = own.among(pd.MultiIndex.from_tuples(own.cases)[timed])
+    places = [layouts[case].content_hash() for case in found.cases]
+    cpu, wall = (
+        {spec: clock.loc[places, spec].to_numpy()[np.newaxis] for spec in clock} for clock in clocks
+    )
+    times = dataclasses.replace(
+        found.times, cpu=cpu | found.times.cpu, wall=wall | found.times.wall
+    )
+    untimed, _ = _not_judged(published, own.cases)
+    return dataclasses.replace(found, times=times, untimed={**untimed, **own.untimed})
 
 
 def _not_judged(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-from steadyload.config import positive_number
+from steadyload.config import ConfigError, positive_number
 from steadyload.studies.kit import Lab, PublishedPage, Study, methods_option, option, set_option
 
 if TYPE_CHECKING:
@@ -53,17 +53,32 @@ class Evaluation(Study["Found"]):
         "and there is no timing pass (default: no limit)", metavar="S", read=positive_number,
     )  # fmt: skip
 
+    published: bool = option(
+        False, "the methods of -m beside those of the published page of the question, whose kept "
+        "verdicts and times are read; its cases and time limit count",
+    )  # fmt: skip
+
+    def __post_init__(self) -> None:
+        if self.published and not self.methods:
+            raise ConfigError("--published shows methods beside the published ones; name them: -m")
+        if self.published and (self.directory or self.timeout is not None):
+            raise ConfigError(
+                "--published takes the cases and the time limit of the published page; leave "
+                "--directory and --timeout out"
+            )
+
     def run(self, lab: Lab) -> Found:
         """Judged over processes, timed in one; also writes the front that ``recommend`` reads."""
         from steadyload.layouts.model.question import Question
         from steadyload.studies.evaluation.comparing import compare
-        from steadyload.studies.evaluation.judging import Options
+        from steadyload.studies.evaluation.judging import Options, beside_published
 
         questions = tuple(q for q in Question if self.asked in (q, "both"))
-        return compare(
-            lab, Options(self.methods, self.directory, questions, self.limit, self.timeout)
-        )
+        asked = Options(self.methods, self.directory, questions, self.limit, self.timeout)
+        return compare(lab, beside_published(lab, asked) if self.published else asked)
 
     def remarks(self, found: Found) -> Iterable[str]:
-        """Methods that were left out, and why."""
-        return [f"{spec} is left out: {why}" for spec, why in found.left_out.items()]
+        """Methods that were left out, and why; where kept times stand beside those of here."""
+        if self.published:
+            yield "verdicts and times of published methods are kept ones, times of other machines"
+        yield from (f"{spec} is left out: {why}" for spec, why in found.left_out.items())
