@@ -9,6 +9,7 @@ from steadyload.runs import frames
 rows = sl.rows("evaluation")
 rows = rows[(rows["run"] == "spatial") & (rows["method_name"] == "ps_opt")]
 rows = rows[(rows["question"] == "within") & ~rows["method"].str.contains("paper")]
+rows = rows[rows["labelled_within"] & (rows["repetition"] == 0)]  # a null label: stable
 placed = rows["failing_step"].fillna(rows["item_count"])
 rows = rows.assign(
     right=(rows["status"] == "done") & (placed == rows["label_within"].fillna(rows["item_count"])),

@@ -1,4 +1,6 @@
-"""The one place that compares methods: with one of them, two by two, and by slices of the cases.
+"""Methods compared on the cases of a run: with one of them, two by two, and by slices of the cases.
+
+Frames of verdicts are compared by :mod:`steadyload.runs.frames`, with the same tests.
 
 All numbers are of methods on the same cases. Intervals and tests count *clusters* of cases, such as
 those of one item list, see :mod:`steadyload.statistics.clusters`. A p-value is that of the exact

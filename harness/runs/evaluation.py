@@ -1,8 +1,8 @@
-"""The one table of methods: accuracy and cost of each on the cases of a run.
+"""A table of methods: accuracy and cost of each on the cases of a run.
 
-Every page that shows the accuracy or cost of a method reads this table. Numbers of items placed
-safely are compared with labels, which are the failing step, and all items for a stable layout. All
-intervals are clustered by item list where lists are known, else by layout.
+Pages that are made of a frame of verdicts use :mod:`steadyload.runs.frames` in its place. Numbers
+of items placed safely are compared with labels, which are the failing step, and all items for a
+stable layout. All intervals are clustered by item list where lists are known, else by layout.
 """
 
 from __future__ import annotations

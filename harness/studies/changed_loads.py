@@ -148,9 +148,6 @@ def judge_changed(
         limit: cases a scenario, those of the first ranks.
         changes: under which all cases are judged.
         folder: of the layout files and of the run folders, one a change, in the work folder.
-
-    Raises:
-        ResultsError: a folder holds another study.
     """
     of_labels = StudyDefinition(
         "cases", (), benchmark=PART, benchmark_directory=set_named(LISTS), limit=limit

@@ -19,15 +19,9 @@ def hertz(frequency: int | None) -> str:
 class ErrorPoint(NamedTuple):
     """The size of an error at its place in a chart.
 
-    Attributes:
-        panel: what its panel shows.
-        title: the engine, and whether it chooses its own steps.
-        engine: its name.
-        own_steps: whether it chooses its own steps.
-        place: substeps a second, or the argument of the test.
-        size: of the error, in its unit; at least what the test resolves.
-        is_negative: whether the error is below 0.
-        limit: what the tests of the panel resolve; None where no error is smaller.
+    ``place``: substeps a second, or the argument of the test. ``size``: of the error, in its unit,
+    at least what the test resolves. ``limit``: what the tests of the panel resolve; None where no
+    error is smaller. ``own_steps``: the engine chooses its steps.
     """
 
     panel: str

@@ -79,9 +79,6 @@ def keep(entry: Entry, folder: Path = ROWS) -> Path:
 
     Raises:
         RowsError: the work folder does not exist, or has too much beside the verdicts.
-        DamagedError: the manifest of a run in it has changed since it was written.
-        TooLargeError: a file has more than :data:`.MAX_FILE_BYTES`.
-        OSError: the archive cannot be written.
     """
     if not entry.work.is_dir():
         raise RowsError(
@@ -118,12 +115,11 @@ def rows(page: str, folder: str | Path = ROWS) -> pd.DataFrame:
         Columns as ``reports/rows/README.md`` explains them, those of :data:`.tidy.ABOUT`.
 
     Raises:
-        UnknownPageError: there is no such page.
         RowsError: its rows are no verdicts, the file is not there, or it is damaged.
 
     Example:
         >>> found = sl.rows("evaluation")  # doctest: +SKIP
-        >>> found.groupby("method")["cpu_total"].median()  # doctest: +SKIP
+        >>> found.groupby("method")["cpu_total_ns"].median()  # doctest: +SKIP
     """
     (entry,) = named((page,))
     if not entry.verdicts:
@@ -143,10 +139,6 @@ def unpack(entry: Entry, folder: Path = ROWS) -> Path | None:
     Returns:
         The work folder; None where it was there before, and is left as it is, and where nothing is
         packed for this page.
-
-    Raises:
-        RowsError: the archive is damaged, too large, or holds more than files below the folder.
-        OSError: the rows cannot be read or written.
     """
     archive = archive_of(entry, folder)
     if entry.work.exists() or not archive.exists():
@@ -171,11 +163,7 @@ def unpack(entry: Entry, folder: Path = ROWS) -> Path | None:
 
 
 def unpacked_rows(page: str, work: Path) -> Path:
-    """The rows of a page, unpacked into another work folder unless that has them.
-
-    Raises:
-        RowsError: there are none here, or they are damaged.
-    """
+    """The rows of a page, unpacked into another work folder unless that has them."""
     (entry,) = named((page,))
     there = dataclasses.replace(entry, work=work / entry.work.name)
     if unpack(there) is None and not there.work.exists():
@@ -234,11 +222,7 @@ def _table(file: Path) -> pa.Table:
 
 
 def _write_shards(table: pa.Table, work: Path, file: Path) -> None:
-    """Write the shards of a table into run folders that the archive beside it has.
-
-    Raises:
-        RowsError: the folder of a run, or the key of a shard, is none.
-    """
+    """Write the shards of a table into run folders that the archive beside it has."""
     known = {str(run) for run in _runs(work)}
     keys = table["shard"].unique().to_pylist()
     if not known.issuperset(table["run"].unique().to_pylist()) or not all(map(_is_key, keys)):
@@ -286,20 +270,12 @@ def _damaged(archive: Path) -> RowsError:
 
 
 def state_made(work: Path) -> None:
-    """Write beside the rows of a work folder with what they were made; see :data:`MADE_WITH`.
-
-    Raises:
-        OSError: it cannot be written.
-    """
+    """Write beside the rows of a work folder with what they were made; see :data:`MADE_WITH`."""
     write_atomically(work / MADE_WITH, _as_json(dataclasses.asdict(MadeWith.here())))
 
 
 def made_with(work: Path) -> MadeWith | None:
-    """With what the rows in a work folder were made; None where that is not stated.
-
-    Raises:
-        RowsError: what states it is damaged.
-    """
+    """With what the rows in a work folder were made; None where that is not stated."""
     file = work / MADE_WITH
     return bind(MadeWith, _stated_in(file), str(file), RowsError) if file.exists() else None
 
@@ -353,11 +329,7 @@ def kept(folder: Path = ROWS) -> str:
 
 
 def _runs(work: Path) -> list[Path]:
-    """Folders of all runs below a folder, as paths from there.
-
-    Raises:
-        DamagedError: the manifest of one has changed since it was written.
-    """
+    """Folders of all runs below a folder, as paths from there."""
     found = []
     for manifest in sorted(work.rglob(_MANIFEST)):
         try:

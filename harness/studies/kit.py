@@ -116,10 +116,6 @@ class Lab:
             shard_size: cases a unit of work. It is part of the keys of kept rows.
             costs: source of times, see :class:`steadyload.runs.costs.CostSource`; None says no more
                 than that they are of judging.
-
-        Raises:
-            ResultsError: the folder holds another run or something else.
-            BenchmarkError: there is no such case.
         """
         from steadyload.runs.costs import CostSource
         from steadyload.runs.definition import StudyDefinition

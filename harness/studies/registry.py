@@ -69,7 +69,6 @@ def study(name: str) -> AnyStudy:
 
     Raises:
         UnknownStudyError: no study has this name.
-        PluginError: it is of another distribution and cannot be used.
     """
     known = studies()
     if name not in known:

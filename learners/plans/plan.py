@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any
 
 from steadyload.config import option
-from steadyload.errors import nearest
 from steadyload.layouts.benchmark.parts import UNLEARNT, Part
 from steadyload.learners import LearnerError
 from steadyload.learners.generation import GenerationOptions
@@ -152,21 +151,6 @@ class Plan:
     def sections(self) -> list[Section]:
         """The planned sections."""
         return [section for section in Section if getattr(self, section)]
-
-    def only(self, sections: Collection[str]) -> Plan:
-        """The same plan without the other sections.
-
-        Raises:
-            LearnerError: a section is not planned.
-        """
-        for name in sections:
-            if name not in self.sections():
-                known = nearest(name, self.sections())
-                raise LearnerError(f"section {str(name)!r} is not planned; {known}")
-        left: dict[str, Any] = {
-            f.name: f.default for f in fields(self) if f.name in set(Section) - set(sections)
-        }
-        return replace(self, **left)
 
     def needed(self, sections: Collection[Section]) -> list[PlannedTraining]:
         """The trainings of some sections, each after the one that it continues."""

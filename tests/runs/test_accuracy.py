@@ -5,6 +5,7 @@ import json
 import math
 import re
 import shutil
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -489,3 +490,27 @@ def test_costs_are_those_of_the_timing_pass_where_there_was_one(run):
     assert "3.0 processes wanted to run" in told
     assert "The machine was busy" in told
     assert plain.row("fbs").phases.other == pytest.approx(plain.row("fbs").cpu.value)
+
+
+def test_runs_side_by_side_are_as_one_run_of_all_methods(run, study, tmp_path):
+    first, second = METHODS[:2], METHODS[2:]
+    for name, methods in (("first", first), ("second", second)):
+        limit = 16 if name == "first" else 10
+        run_study(replace(study, methods=methods, limit=limit), tmp_path / name)
+    found = load_judged(tmp_path / "first").beside(load_judged(tmp_path / "second"))
+    whole = load_judged(run)
+    cases = whole.said.index.isin(load_judged(tmp_path / "second").said.index)
+    expected = whole.only(cases)
+    assert len(found.said) == 30
+    pd.testing.assert_frame_equal(found.said, expected.said.loc[found.said.index])
+    pd.testing.assert_frame_equal(found.labels, expected.labels.loc[found.said.index])
+    assert list(found.keys) == list(METHODS)
+    assert found.rows == 2 * 48 + 2 * 30
+
+
+def test_runs_on_other_layouts_are_not_put_side_by_side(run, study, tmp_path):
+    run_study(replace(study, methods=("pbs0.5",)), tmp_path / "other")
+    other = load_judged(tmp_path / "other")
+    changed = other.results.assign(layout_hash=other.results["layout_hash"].str[::-1])
+    with pytest.raises(ResultsError, match="48 cases of the same names; required: one or more"):
+        load_judged(run).beside(replace(other, results=changed))

@@ -168,6 +168,12 @@ def rights(spec, cases):
     return np.array([v.status == "done" and v.failing_step == label for v, label in pairs])
 
 
+def with_sections(plan, *names):
+    """A plan without its other sections."""
+    others = [f for f in dataclasses.fields(plan) if f.name in set(Section) - set(names)]
+    return dataclasses.replace(plan, **{f.name: f.default for f in others})
+
+
 def test_accuracies_are_those_counted_by_hand(learned, workshop, cases):
     row = learned.remedies[0]
     found = np.array([
@@ -216,7 +222,7 @@ def test_the_table_tells_every_method_alike(learned, workshop, cases):
 def test_the_table_is_of_the_set_that_it_names(plan, tmp_path):
     own = dataclasses.replace(plan.table, trainings=(), limit=3, timed=3)
     plan = dataclasses.replace(plan, part=Part.TEST, directory="lists", table=own)
-    found = compare(Lab(tmp_path, 0), plan, only=["table"])
+    found = compare(Lab(tmp_path, 0), with_sections(plan, "table"))
     benchmark = load_benchmark("lists")
     chosen = benchmark.select("test", limit=3)
     layouts = [benchmark.layout(*key) for key in chosen[KEYS].itertuples(index=False)]
@@ -231,7 +237,8 @@ def test_the_table_is_of_the_set_that_it_names(plan, tmp_path):
 
 def test_a_leak_is_measured_on_the_set_whose_lists_it_learns(plan, learned, folder):
     plan = dataclasses.replace(plan, part=Part.TEST, directory="lists")
-    found = compare(Lab(folder / "work", 0), plan, limit=LIMIT, only=["remedies", "leak"])
+    chosen = with_sections(plan, "remedies", "leak")
+    found = compare(Lab(folder / "work", 0), chosen, limit=LIMIT)
     lists, large = load_benchmark("lists"), load_benchmark()
     for benchmark, rows, names in (
         (lists, found.remedies, ["small", "fewer"]), (large, found.leaks[0], ["small", "leaky"]),
@@ -258,7 +265,7 @@ def test_an_interrupted_study_has_kept_what_was_trained(plan, tmp_path):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        compare(Lab(tmp_path, 0, progress=interrupt), plan, limit=2, only=["remedies"])
+        compare(Lab(tmp_path, 0, progress=interrupt), with_sections(plan, "remedies"), limit=2)
     assert len(list((tmp_path / "said").iterdir())) == 1
 
 
@@ -389,11 +396,11 @@ def test_a_changed_plan_leaves_what_has_not_changed(plan, folder, workshop, tmp_
     assert not changed.runs("tuned")[0].finished
 
 
-def test_only_what_was_asked_is_made_and_shown(tmp_path, capsys, learned, in_this_process):
+def test_only_what_is_planned_is_made_and_shown(tmp_path, capsys, learned, in_this_process):
     file, work = tmp_path / "plan.toml", tmp_path / "work"
-    file.write_text(PLAN.replace('trainings = ["fewer", "small"]', 'trainings = ["fewer"]'))
+    trainings, size = PLAN.partition("\n[table]")[0], 'title = "sizes"\ntrainings = ["fewer"]'
+    file.write_text(f"{trainings}\n[[size]]\n{size}\n")
     command = ["study", "learned", "--plan", str(file), "--work", str(work), "-j", "1"]
-    command += ["--only", "size"]
     assert main([*command, "--limit", "4", "-o", str(tmp_path / "page")]) == 0
     path = Path(capsys.readouterr().out.strip())
     text = path.read_text()
@@ -452,25 +459,11 @@ def test_a_plan_that_cannot_be(tmp_path, change, message):
     assert message in str(raised.value)
 
 
-@pytest.mark.parametrize(
-    ("asked", "message"),
-    [
-        ({"only": [Section.FOREIGN]}, "needs files of layouts: --foreign FILE"),
-        ({"only": [Section.LEAK]}, "section 'leak' is not planned"),
-        ({"foreign": [Path("none.json")]}, "none.json: no such file of layouts"),
-    ],
-)
-def test_what_cannot_be_is_refused_before_anything_is_trained(plan, tmp_path, asked, message):
+def test_a_file_that_is_not_there_is_refused_before_anything_is_trained(plan, tmp_path):
     work = tmp_path / "work"
-    with pytest.raises(LearnerError, match=message):
-        compare(Lab(work), dataclasses.replace(plan, leak=()), **asked)
+    with pytest.raises(LearnerError, match=r"none\.json: no such file of layouts"):
+        compare(Lab(work), plan, [Path("none.json")])
     assert not work.exists()
-
-
-@pytest.mark.parametrize("flags", [["--only", "tabel"], ["--judge-on", "train"]])
-def test_words_that_are_none_are_refused(flags, capsys):
-    assert main(["study", "learned", *flags]) == 2
-    assert flags[1] in capsys.readouterr().err
 
 
 def test_the_shipped_plan_can_be_made_again_by_seed():

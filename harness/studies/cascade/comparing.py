@@ -70,14 +70,6 @@ def compare(lab: Lab, limit: int | None) -> Found:
     """Judge a part of the labelled set, methods in turns.
 
     An interrupted study is resumed; methods that were judged keep their times.
-
-    Args:
-        lab: where it runs; with 0 or 1 workers times are taken in one process.
-        limit: largest number of cases a scenario; None for :data:`LIMIT`.
-
-    Raises:
-        ThresholdsError: there are no thresholds, or ones fitted with other methods.
-        as :func:`steadyload.runs.runner.run_study`.
     """
     cascade = _cascade()
     made_by, ladders = cascade.thresholds.made_by, cascade.thresholds.ladders

@@ -25,11 +25,6 @@ def decisions_of(
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Steps by the pair of thresholds that decided them, and layouts by the last one they needed:
     numbers as of :func:`_thresholds`.
-
-    Args:
-        cascade: the cascade whose stages decide.
-        cases: scenario and layout.
-        labels: of the same cases, :data:`steadyload.runs.labels.LABELS`.
     """
     listed = list(cases)
     cascade.prepare(max(len(layout) for _, layout in listed))

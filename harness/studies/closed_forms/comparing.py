@@ -42,13 +42,7 @@ def compare(
     made_with: Mapping[str, str],
     left_out: Mapping[str, str] = MappingProxyType({}),
 ) -> Found:
-    """Results beside what is expected; tests without any result are left out.
-
-    Args:
-        results: of engines, test by test.
-        made_with: versions of what measured them.
-        left_out: by name of an engine that was wanted, the reason why it was not measured.
-    """
+    """Results beside what is expected; tests without any result are left out."""
     measured = {r.test for r in results}
     tests = [test for test in closed_form_tests() if test.name in measured]
     series: dict[str, list[ClosedFormTest]] = {}

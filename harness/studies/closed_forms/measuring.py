@@ -72,10 +72,6 @@ def measured(
         engines: registered names.
         frequencies: substeps a second; an engine that controls its own error runs once.
         tests: a choice of :func:`closed_form_tests`; empty for all.
-
-    Raises:
-        EngineNotInstalledError: the library behind an engine is missing.
-        ResultsError: another run is at work in the folder.
     """
     own = {name for name in engines if world_class(name).capabilities.error_controlled}
     made = {name: made_on(name) | package_versions(("numpy", "scipy")) for name in engines}

@@ -178,10 +178,6 @@ def judged(
 ) -> dict[str, pd.DataFrame]:
     """The results of each run of :func:`convergence_studies`, with the column :data:`ITEM_LIST`;
     missing rows are judged. Methods have their names without the question.
-
-    Raises:
-        EngineNotInstalledError: a method's engine is missing.
-        ResultsError, WorkerDiedError: see :func:`steadyload.runs.runner.run_study`.
     """
     for spec in opinions:  # so that a missing library is reported at once, not after an hour
         make_method(spec).prepare()

@@ -5,7 +5,6 @@ A verdict differs where its status or its failing step does. Shares are 0 to 1.
 
 from __future__ import annotations
 
-import dataclasses
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
@@ -32,9 +31,8 @@ from steadyload.runs.provenance import provenance, provenance_lines
 from steadyload.runs.results import load_manifest, load_results
 from steadyload.statistics.estimate import Estimate
 from steadyload.statistics.metrics import share
-from steadyload.studies.kept_rows import RowsError, archive_of, unpack
+from steadyload.studies.kept_rows import unpacked_rows
 from steadyload.studies.kit import Lab
-from steadyload.studies.published import ROWS, named
 
 PAGE = "evaluation"
 """The page whose verdicts are judged again."""
@@ -128,17 +126,7 @@ class Found:
 
 
 def judge_again(lab: Lab, limit: int | None = None) -> Found:
-    """Judge cases of kept rows again, as far as that is missing, and compare.
-
-    Args:
-        lab: where they are judged. All verdicts in its folder are of one machine.
-        limit: cases at most; None for all of :data:`CASES`.
-
-    Raises:
-        RowsError: there are no packed rows.
-        StudyError: the rows are of other layouts or parameters than there are now.
-        NotKeptError: the work folder holds verdicts of another machine, and some are missing.
-    """
+    """Judge cases of kept rows again, as far as that is missing, and compare."""
     with _folder() as folder:
         then, manifest = _rows(folder), load_manifest(folder)
         known = load_labels(folder, manifest)
@@ -187,12 +175,8 @@ def judge_again(lab: Lab, limit: int | None = None) -> Found:
 @contextmanager
 def _folder() -> Iterator[Path]:
     """The run folder of the packed rows, while the context lasts."""
-    (entry,) = named((PAGE,))
     with tempfile.TemporaryDirectory() as folder:
-        there = unpack(dataclasses.replace(entry, work=Path(folder, entry.work.name)))
-        if there is None:
-            raise RowsError(f"{archive_of(entry, ROWS)}: does not exist")
-        yield there / SPATIAL
+        yield unpacked_rows(PAGE, Path(folder)) / SPATIAL
 
 
 def _rows(folder: Path) -> pd.DataFrame:

@@ -23,12 +23,7 @@ KINDS = {
 
 
 def accuracy_by_load(lab: Lab, limit: int) -> dict[str, Any]:
-    """Judge ordinary loads with the label's own protocol on engines of fixed steps.
-
-    Args:
-        lab: where it runs.
-        limit: cases a scenario of the set of many lists.
-    """
+    """Judge ordinary loads with the label's own protocol on engines of fixed steps."""
     return summarised(judge_changed(lab, fixed_step_engines(), limit, (AS_IT_IS,), "accuracy"))
 
 

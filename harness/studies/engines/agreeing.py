@@ -77,11 +77,6 @@ def engine_agreement(
 ) -> dict[str, Any]:
     """Share of equal failing steps between every two 3-D engines, by frequency, with costs.
 
-    Args:
-        lab: where it runs.
-        drawn: the layouts.
-        frequencies: substeps a second.
-
     Returns:
         ``pairs``: of engines, and ``engines``: columns a frequency. ``points``: of the chart, both
         engines of a pair with the other one; ``matrix``: those at the highest frequency,
@@ -136,8 +131,6 @@ def _across(found: pd.Series, name: str) -> pd.DataFrame:
 
 def option_effects(lab: Lab, drawn: Drawn) -> dict[str, pd.DataFrame]:
     """Effect of each option on verdicts and CPU time, per engine that does not ignore it.
-
-    Args: as those of :func:`engine_agreement`.
 
     Returns:
         ``changed``: share of layouts with another failing step; ``ratio``: CPU time with the option

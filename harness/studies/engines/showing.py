@@ -37,12 +37,7 @@ class Found(SimpleNamespace):
 
 
 def compare(lab: Lab, limit: int | None) -> Found:
-    """Measure what is missing of all parts.
-
-    Args:
-        lab: where it runs; what is timed is in one process.
-        limit: largest number of layouts and of cases a scenario; None for those of the page.
-    """
+    """Measure what is missing of all parts."""
     made_with = provenance_lines()  # of the code that measures
     layouts, *cases = (min(most, limit or most) for most in (LAYOUTS, *CASES.values()))
     drawn = Drawn(layouts, SEED)

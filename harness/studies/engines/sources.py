@@ -81,11 +81,7 @@ the page speaks of comes first."""
 
 
 def sources_of_differences(judged: Mapping[str, JudgedCases]) -> list[dict[str, Any]]:
-    """Share out the differences between verdicts, by design and by what a verdict is taken as.
-
-    Args:
-        judged: :func:`judged_by_designs` of the labelled sets, by name of the set.
-    """
+    """Share out the differences between verdicts, by design and by what a verdict is taken as."""
     return [
         table_of(judged[design.labelled_set], design, answer)
         for design in DESIGNS
@@ -94,16 +90,7 @@ def sources_of_differences(judged: Mapping[str, JudgedCases]) -> list[dict[str, 
 
 
 def judged_by_designs(lab: Lab, name: str, limit: int) -> JudgedCases:
-    """Judge cases of part test, on which nothing was tuned, by the methods of a set's designs.
-
-    Args:
-        lab: where it runs.
-        name: of the labelled set.
-        limit: cases a scenario.
-
-    Raises:
-        ResultsError: the folder holds another study.
-    """
+    """Judge cases of part test, on which nothing was tuned, by the methods of a set's designs."""
     designs = [design for design in DESIGNS if design.labelled_set == name]
     return lab.judge(
         tuple(dict.fromkeys(spec for design in designs for spec in design.specs())),
@@ -116,11 +103,6 @@ def judged_by_designs(lab: Lab, name: str, limit: int) -> JudgedCases:
 
 def table_of(judged: JudgedCases, design: Design, answer: str) -> dict[str, Any]:
     """Shares of the sources in the differences between some verdicts of a run.
-
-    Args:
-        judged: by all methods of the design, and perhaps by others.
-        design: combinations.
-        answer: a name of :data:`ANSWERS`.
 
     Returns:
         ``shares``: a row a source: one factor, or several together; ``freedom`` is of a case.

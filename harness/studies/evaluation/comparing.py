@@ -70,12 +70,7 @@ class Found(SimpleNamespace):
 
 
 def compare(lab: Lab, asked: Options) -> Found:
-    """Judge and time what is missing, and compare; also writes what ``recommend`` reads.
-
-    Raises:
-        ResultsError: see :func:`steadyload.runs.judged.load_judged`.
-        as :func:`.judged_and_timed`.
-    """
+    """Judge and time what is missing, and compare; also writes what ``recommend`` reads."""
     ran = judged_and_timed(lab, asked)
     main, *_ = ran.values()
     benchmark = load_benchmark(main.definition.benchmark_directory)
@@ -130,15 +125,7 @@ def of_question(
     benchmark: Benchmark,
     question: Question,
 ) -> Values:
-    """All that the page shows for a question.
-
-    Args:
-        asked: the options.
-        ran: the runs, the one on all cases first.
-        every: its cases, judged by all methods.
-        benchmark: its labelled set.
-        question: whose labels and methods are shown.
-    """
+    """All that the page shows for a question."""
     main, *_ = ran.values()
     judged = every.of(asked.shown(question)).asked(question)
     judged = judged.with_confidence(benchmark.confidence_on(question))
@@ -219,12 +206,7 @@ def _common(
 ) -> Values:
     """All that is shown of every set: rows of methods, tests, and numbers of cases.
 
-    Args:
-        judged: the cases.
-        frame: their verdicts.
-        ran: the run.
-        question: of the labels.
-        against: a method that others are compared with alone; empty for all pairs.
+    Others are compared with ``against`` alone; with no such method in all pairs.
     """
     part = labelled_part(judged)
     compared = list(v.comparable(frame)["method"].unique())
@@ -322,12 +304,7 @@ def _failing(judged: JudgedCases, question: Question, benchmark: Benchmark) -> p
 
 
 def without_verdict(folders: Sequence[Path], keys: Mapping[str, MethodKey]) -> pd.DataFrame:
-    """Cases without a verdict by method and status, over all runs.
-
-    Args:
-        folders: of the runs.
-        keys: the methods that are shown, by spec.
-    """
+    """Cases without a verdict by method and status, over all runs."""
     columns = ("layout", "scenario", "method", "method_name", "engine", "repetition", "status",
                "reason", "item_count")  # fmt: skip
     rows = pd.concat([load_results(folder, columns) for folder in folders], ignore_index=True)

@@ -41,10 +41,6 @@ def floors(lab: Lab, asked: Options, benchmark: Benchmark) -> pd.DataFrame:
     Changes are the pallets whose failing step is not that on the first floor; a case without a
     verdict on either has changed. Empty without a time limit, where there are no customers'
     pallets, or where no method judges them on floors.
-
-    Raises:
-        ResultsError: see :func:`steadyload.runs.judged.load_judged`.
-        as :func:`steadyload.runs.runner.run_study`.
     """
     methods = tuple(spec for spec in asked.spatial if spec in FLOOR_METHODS)
     limited = methods and asked.timeout is not None

@@ -140,9 +140,6 @@ class Options:
 
     Raises:
         StudyError: a number out of range, or no method judges 3-D layouts.
-        NumberError: the time limit is none.
-        SpecError, EngineNotInstalledError: a named method cannot judge.
-        LearnerError: its weights cannot be read.
     """
 
     methods: tuple[str, ...] = ()
@@ -269,11 +266,7 @@ class Ran(NamedTuple):
 
 
 def beside_published(lab: Lab, asked: Options) -> Options:
-    """Options by which named methods are judged on the cases of the published page of a question.
-
-    Raises:
-        RowsError: its kept rows are not there, or damaged.
-    """
+    """Options by which methods are judged on the cases of the published page of their question."""
     page = "evaluation_real" if len(asked.questions) > 1 else {
         Question.WITHIN: "evaluation", Question.STANDS: "evaluation_stands"
     }[asked.questions[0]]  # fmt: skip
@@ -288,19 +281,8 @@ def beside_published(lab: Lab, asked: Options) -> Options:
 
 
 def judged_and_timed(lab: Lab, asked: Options) -> Mapping[str, Ran]:
-    """Judge all cases, then time some of them; an interrupted run is resumed.
-
-    Args:
-        lab: where they are judged; with 0 workers also the timing is in this process, else in one
-            beside it.
-        asked: the options.
-
-    Returns:
-        By folder, see :attr:`Options.definitions`.
-
-    Raises:
-        ResultsError: the folder holds another study.
-        as :func:`steadyload.runs.runner.run_study`, :func:`steadyload.runs.timing.timed`.
+    """Judge all cases, then time some; an interrupted run is resumed. By folder, as
+    :attr:`Options.definitions`; with 0 workers the timing is in this process, else in one beside.
     """
     if (lab.work / "manifest.json").exists():  # its page would be overwritten
         name = load_manifest(lab.work)["study"]["name"]

@@ -74,12 +74,8 @@ def _spread(median: float, ninety: float) -> str:
 def every_method(frame: pd.DataFrame, natural: Mapping[str, float]) -> pd.DataFrame:
     """As :func:`by_method`, on all cases, with what is shown of these alone.
 
-    Args:
-        frame: of verdicts.
-        natural: share of stable layouts by scenario in the whole set; empty where not known.
-
-    Returns:
-        Also ``behind``: accuracy minus that of the most accurate of the methods that are compared.
+    ``behind``: accuracy minus that of the most accurate of the methods that are compared.
+    ``natural``: accuracy at the share of stable layouts by scenario of the whole set, where known.
     """
     found = by_method(frame)
     compared = v.comparable(frame)
@@ -273,10 +269,6 @@ def same_order(printed: Paper, rows: pd.DataFrame) -> tuple[int, int]:
     A column of the paper is compared with the mean over engines of the first of its families that
     was judged; namesakes do not count. A pair that is equal here does not count as in the same
     order.
-
-    Args:
-        printed: the paper's table.
-        rows: ``key`` and ``right`` by method.
     """
     family = rows["key"].map(lambda key: key.family)
     mean = v.values(rows["right"]).groupby(family).mean()

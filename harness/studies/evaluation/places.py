@@ -34,12 +34,7 @@ CENTRES = {
 
 
 def bins_of(frame: pd.DataFrame, by: str) -> pd.DataFrame:
-    """The cases of every bin: ``cases``, ``lists``, ``middle`` number of boxes, ``stable`` share.
-
-    Args:
-        frame: of verdicts, in the order of the bins.
-        by: column of the name of the bin.
-    """
+    """Of every bin ``cases``, ``lists``, ``middle`` number of boxes, and ``stable`` share."""
     once = v.once(frame)
     found = once.groupby(by, sort=False).agg(
         cases=("items", "size"), lists=("list", "nunique"), middle=("items", "median")
@@ -53,13 +48,7 @@ def right_in_bins(frame: pd.DataFrame, by: str, name: str, counts: pd.Series) ->
 
 
 def by_boxes(frame: pd.DataFrame, rows: pd.DataFrame, lines: Sequence[str]) -> Values:
-    """Accuracy by number of boxes.
-
-    Args:
-        frame: of verdicts, binned by boxes.
-        rows: a row a method.
-        lines: methods of the chart.
-    """
+    """Accuracy by number of boxes."""
     bins = bins_of(frame, "boxes")
     right = v.share(frame, "right", ["method", "boxes"])
     return {
@@ -89,15 +78,7 @@ def costs_by_boxes(
     rows: pd.DataFrame,
     lines: Sequence[str],
 ) -> Values:
-    """Costs by number of boxes, of judging with a time limit.
-
-    Args:
-        frame: of verdicts, binned by boxes.
-        bins: their bins, see :func:`bins_of`.
-        origins: verdicts of the set alone, with their origin.
-        rows: a row a method, with ``exponent_of_all``.
-        lines: methods of the chart.
-    """
+    """Costs by number of boxes, of judging with a time limit."""
     costs = by_method(frame, ["boxes", "method"]).dropna(subset="cpu")
     theirs = by_method(origins.dropna(subset="origin"), ["origin", "boxes", "method"])
     titled = rows.assign(
@@ -155,11 +136,7 @@ def stable_share(frame: pd.DataFrame) -> Estimate:
 
 
 def origins(frame: pd.DataFrame) -> list[Values]:
-    """Customers' pallets and plans of packers, each by itself.
-
-    Args:
-        frame: of verdicts, binned by boxes, with their origin.
-    """
+    """Customers' pallets and plans of packers, each by itself."""
     found = []
     for name, own in sorted(frame.dropna(subset="origin").groupby("origin")):
         rows, bins = by_method(own), bins_of(own, "boxes")
@@ -178,11 +155,7 @@ def origins(frame: pd.DataFrame) -> list[Values]:
 
 
 def who_planned(by_question: Mapping[Question, pd.DataFrame]) -> pd.DataFrame:
-    """Cases by origin, those of customers by scenario, too: how many, and how many fail.
-
-    Args:
-        by_question: verdicts with their origin; the first question has all cases.
-    """
+    """Cases by origin, those of customers by scenario, too: how many, and how many fail."""
     parts = []
     for question, frame in by_question.items():
         once = v.once(frame).dropna(subset="origin")
@@ -230,12 +203,7 @@ def margins(
 
     A case is followed to the step where method and label differ, or to the label's failing step:
     verdicts on later steps are not known.
-
-    Args:
-        frame: of verdicts.
-        margin: by case, the margin of every step up to the label's failing one [cm].
-        rows: a row a method.
-        few: methods of charts.
+    ``margin``: by case, of every step up to the label's failing one [cm].
     """
     if margin.isna().any():
         return {"false_alarms": [], "misses": [], "alarms": pd.DataFrame()}

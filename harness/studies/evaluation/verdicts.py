@@ -51,12 +51,8 @@ def costed(judged: JudgedCases, ran: Ran, asked: Options) -> pd.DataFrame:
 
 
 def binned_by_boxes(frame: pd.DataFrame, *, real: bool) -> pd.DataFrame:
-    """Rows by rising number of boxes, with the name of their bins, ``boxes``.
-
-    Args:
-        frame: of verdicts.
-        real: whether bins are those of pallets of real size, named by their ends; else those of the
-            paper's sizes, named by the smallest and the largest number in them.
+    """Rows by rising number of boxes, with the name of their bins, ``boxes``: those of pallets of
+    real size by their ends, those of the paper's sizes by the least and greatest number in them.
     """
     sizes: Sequence[int] = (SMALL_SIZES[-1], FEWER, *FINE_SIZES) if real else SMALL_SIZES
     found = _binned(frame, sizes, "boxes")

@@ -21,11 +21,6 @@ def watched(frame: pd.DataFrame, rows: pd.DataFrame, study: StudyDefinition) -> 
     Cases on which about half the methods are right are preferred. Cases whose label has no ensemble
     count where none is known to be robust.
 
-    Args:
-        frame: verdicts of the methods that are compared.
-        rows: a row a method.
-        study: of the run.
-
     Returns:
         ``watched``: the layout, its label, the most accurate method on either side and the step
         that the wrong one names. ``commands``: those that export the cases and play them.

@@ -77,12 +77,7 @@ class EnvelopeRow:
 def envelope_rows(
     cells: Iterable[ExtremeCell], *, at_rest: bool = False
 ) -> tuple[EnvelopeRow, ...]:
-    """Envelope of each engine at each frequency at which all sweeps for it were measured.
-
-    Args:
-        cells: of any sweeps.
-        at_rest: whether only what is within the stricter limit counts as held.
-    """
+    """Envelope of each engine at each frequency at which all sweeps for it were measured."""
     held: dict[tuple[str, int | None], dict[str, dict[float, bool]]] = {}
     for cell in cells:
         by_sweep = held.setdefault((cell.engine, cell.frequency), {})
@@ -150,13 +145,7 @@ def write_envelopes(
     rests: Sequence[EnvelopeRow],
     made_by: Mapping[str, Any],
 ) -> None:
-    """Write measured envelopes; engines that were not measured keep their entries in the file.
-
-    Args:
-        rows: as :func:`envelope_rows` gives them.
-        rests: the same with the limits of rest; of the same engines and frequencies.
-        made_by: the provenance of the measurement.
-    """
+    """Write measured envelopes; engines that were not measured keep their entries in the file."""
     path = envelope_file()
     entries = stored_object(path, REMEDY) if path.exists() else {}
     for engine in dict.fromkeys(r.engine for r in rows):

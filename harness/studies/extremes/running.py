@@ -74,17 +74,6 @@ def run_extremes(
 
     A sweep that ends after some consecutive failures is measured value by value, so it has no cells
     beyond them.
-
-    Args:
-        lab: where it runs.
-        engines: registered names.
-        sweeps: names of sweeps.
-        frequencies: substeps a second; an engine that chooses its own steps runs once.
-
-    Raises:
-        EngineNotInstalledError: the library behind an engine is missing.
-        ResultsError: another run is at work in the folder, or it holds something else.
-        WorkerDiedError: see :func:`steadyload.runs.pool.run_units`.
     """
     with locked(lab.work):
         made_with = provenance()

@@ -59,13 +59,7 @@ class Found(SimpleNamespace):
 
 
 def shown(cells: Sequence[ExtremeCell], made_by: Mapping[str, Any], loads: Loads) -> Found:
-    """All results.
-
-    Args:
-        cells: by sweep, in the order of the page.
-        made_by: provenance of the measurement.
-        loads: what moved and scaled loads show.
-    """
+    """All results."""
     swept = [_swept(SWEEPS[n], list(own)) for n, own in groupby(cells, key=attrgetter("sweep"))]
     formulas = [one for one in swept if one.sweep.quantity]
     envelope, rests = envelope_rows(cells), envelope_rows(cells, at_rest=True)

@@ -103,13 +103,7 @@ def _tests() -> dict[str, ClosedFormTest]:
 
 
 def closed_forms_by_size(lab: Lab, engines: Sequence[str], folder: str) -> list[SizeRow]:
-    """Errors by test and edge; measured where they are missing.
-
-    Args:
-        lab: where it runs.
-        engines: names.
-        folder: of the kept rows, in the work folder.
-    """
+    """Errors by test and edge; measured where they are missing."""
     known, made = _tests(), {engine: made_on(engine) for engine in engines}
     units = [
         SizeUnit(test, engine, edge, made[engine])

@@ -27,11 +27,7 @@ class Found(SimpleNamespace):
 
 
 def compare(found: FamilyCases) -> Found:
-    """The comparison of what was judged; families in the order of their registry.
-
-    Raises:
-        ResultsError: there is no label of any case.
-    """
+    """The comparison of what was judged; families in the order of their registry."""
     label, against = (str(make_method(spec).spec) for spec in (LABEL, AGAINST))
     labelled = found.judged.labelled_by(label, found.families)
     frame = v.costed(labelled.of(spec for spec in labelled.keys if spec != label))

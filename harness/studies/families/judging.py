@@ -58,15 +58,6 @@ def judge_families(lab: Lab, limit: int | None, methods: Sequence[str]) -> Famil
     """Judge layouts of all families, as far as that is missing.
 
     Families take turns, so that a run of more layouts goes on where one of fewer ended.
-
-    Args:
-        lab: where it runs.
-        limit: layouts of every family; None for :data:`LAYOUTS`.
-        methods: specs; empty for those of :func:`usual_methods` that can judge here.
-
-    Raises:
-        SpecError, EngineNotInstalledError: a method that is named, or a label, cannot judge.
-        ResultsError: the work folder holds something else.
     """
     able, left_out = able_methods(tuple(methods), usual_methods)
     fixed = [make_method(spec) for spec in (LABEL, AGAINST)]

@@ -6,7 +6,7 @@ Shares are 0 to 1. In mappings by group the key :data:`ALL` means all cases toge
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -15,7 +15,6 @@ import numpy as np
 
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.benchmark.dataset import KEYS
-from steadyload.layouts.benchmark.parts import Part
 from steadyload.learners import LearnerError
 from steadyload.learners.plans.plan import Contrast, Plan, Section
 from steadyload.learners.plans.trainings import Run, Workshop
@@ -150,27 +149,17 @@ class Found:
         return [one for each in self.calibrated for one in each.bins]
 
 
-def compare(
-    lab: Lab,
-    plan: Plan,
-    *,
-    only: Collection[str] = (),
-    part: str | None = None,
-    limit: int | None = None,
-    foreign: Sequence[Path] = (),
-) -> Found:
+def compare(lab: Lab, plan: Plan, foreign: Sequence[Path] = (), limit: int | None = None) -> Found:
     """Make the missing trainings of a plan, then judge; an interrupted study is resumed.
 
     The options are those of the study.
-
-    Raises:
-        LearnerError: a section that is not planned, a file of layouts that is not there, or as
-            :meth:`steadyload.learners.plans.trainings.Workshop.make`.
     """
     workshop = Workshop(plan, lab.work)  # of the whole plan, which says what is a method
-    plan = _chosen(plan, only, foreign)
-    if part:  # of the large set: the others are tests alone
-        plan = dataclasses.replace(plan, part=Part(part), directory=None)
+    for file in foreign:  # so that an error is raised before hours of training
+        if not file.is_file():
+            raise LearnerError(f"{file}: no such file of layouts")
+    if not foreign:
+        plan = dataclasses.replace(plan, foreign=None)
     sections = plan.sections()
     judged = JudgedPart(plan.part, lab.work, limit, plan.directory)
     # Only the large set has held-out item lists that trainings can leak from.
@@ -246,17 +235,6 @@ def compare(
         ],
         made_with=provenance_lines(),
     )
-
-
-def _chosen(plan: Plan, only: Collection[str], foreign: Sequence[Path]) -> Plan:
-    """The plan with the sections that are asked for, all that can be made where none is named."""
-    able = [name for name in plan.sections() if foreign or name != Section.FOREIGN]
-    if Section.FOREIGN in only and not foreign:
-        raise LearnerError("section 'foreign' needs files of layouts: --foreign FILE")
-    for file in foreign:  # so that an error is raised before hours of training
-        if not file.is_file():
-            raise LearnerError(f"{file}: no such file of layouts")
-    return plan.only(only or able)
 
 
 def _agreement(plan: Plan, workshop: Workshop) -> list[Agreeing]:

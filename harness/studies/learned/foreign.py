@@ -71,11 +71,7 @@ class Foreign:
 
 
 def judge_foreign(lab: Lab, plan: ForeignPlan, files: Sequence[Path], limit: int | None) -> Foreign:
-    """Share of layouts that learned methods refuse, and their agreement with other methods.
-
-    Raises:
-        LayoutError: a file is invalid; or as :func:`steadyload.runs.runner.run_study`.
-    """
+    """Share of layouts that learned methods refuse, and their agreement with other methods."""
     accepting = {
         spec: str(make_method(str(make_method(spec).spec.stating("outside", "accept"))).spec)
         for spec in plan.judges

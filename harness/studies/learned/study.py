@@ -20,14 +20,6 @@ class LearnedStudy(Study["Found"]):
     pages = (PublishedPage("learned", "--foreign ../shared/data/aclpp/*.yaml"),)
 
     plan: Path | None = option(None, "TOML file (default: the one of the package)", metavar="FILE")
-    only: tuple[str, ...] = option(
-        (), "only these parts of the page: table, size, sources, remedies, calibration, leak, "
-        "foreign", metavar="PART", fewest=1, choices="steadyload.learners.plans.plan:Section",
-    )  # fmt: skip
-    judge_on: str | None = option(
-        None, "part of the labelled set, such as validation (default: the plan's)",
-        metavar="PART", choices="steadyload.layouts.benchmark.parts:UNLEARNT",
-    )  # fmt: skip
     foreign: tuple[Path, ...] = option(
         (), "layouts of another kind, which learners judge, too", metavar="FILE", fewest=0
     )
@@ -41,7 +33,4 @@ class LearnedStudy(Study["Found"]):
         from steadyload.learners.plans.plan_file import load_plan
         from steadyload.studies.learned.comparing import compare
 
-        return compare(
-            lab, load_plan(self.plan), only=self.only, part=self.judge_on, limit=self.limit,
-            foreign=self.foreign,
-        )  # fmt: skip
+        return compare(lab, load_plan(self.plan), self.foreign, self.limit)

@@ -79,12 +79,7 @@ class Table:
 
 
 def judge_table(lab: Lab, plan: Plan, workshop: Workshop, limit: int | None) -> Table:
-    """Judge cases by all methods of the table, at most so many a scenario; then time them.
-
-    Raises:
-        ResultsError: see :meth:`steadyload.studies.kit.Lab.judge`.
-        BenchmarkError: the set of the table cannot be read.
-    """
+    """Judge cases by all methods of the table, at most so many a scenario; then time them."""
     table, folder = plan.table, lab.work / "table"
     assert table is not None
     benchmark = load_benchmark(set_named(plan.directory))

@@ -26,12 +26,7 @@ class Cause(StrEnum):
 
 
 def cause_of(layout: Layout, step: int) -> Cause:
-    """The cause of a failure.
-
-    Args:
-        layout: the whole load.
-        step: at which it fails, counted from 0.
-    """
+    """The cause of a failure."""
     loaded = layout.first(step + 1)
     supports = find_supports(loaded)
     if supports.on_floor[step]:

@@ -113,18 +113,6 @@ def run_properties(
     """Test the missing pairs of properties and methods.
 
     A method with two spellings is tested once.
-
-    Args:
-        lab: where it runs.
-        methods: specs; empty for the usual ones.
-        examples: cases of a property and method, at most.
-        properties: that are tested.
-
-    Raises:
-        SpecError: no such method.
-        EngineNotInstalledError: a method's engine is missing.
-        ResultsError: another run is at work in the folder.
-        WorkerDiedError: see :func:`steadyload.runs.pool.run_units`.
     """
     tested = list(properties)
     most = {each.name: max(1, round(each.share * examples)) for each in tested}
@@ -180,11 +168,7 @@ def _pairs(method: MethodKey, rows: Sequence[PropertyRow], properties: Sequence[
 
 
 def write_counterexamples(found: Found, folder: Path) -> None:
-    """Write the smallest cases as layout files, where the page in a folder links to them.
-
-    Raises:
-        OSError: a file cannot be written.
-    """
+    """Write the smallest cases as layout files, where the page in a folder links to them."""
     for smallest in filter(None, (one.smallest for one in found.rows)):
         path = folder / smallest.file
         not_a_link(path.parent).mkdir(parents=True, exist_ok=True)

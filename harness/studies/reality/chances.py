@@ -61,12 +61,7 @@ def chosen_factor(losses: Mapping[float, float]) -> float:
 
 
 def loss(found: Jittered, faces: Mapping[str, str]) -> float:
-    """Log loss of some trials on average.
-
-    Args:
-        found: how often each face was seen.
-        faces: recorded ones by name of the trial.
-    """
+    """Log loss of some trials on average."""
     wanted = [faces[trial] for trial in found.names]
     return float(log_losses(probabilities(found.counts), wanted).mean())
 
@@ -93,14 +88,8 @@ def calibration(
 ) -> list[dict[str, Any]]:
     """The chances of an engine by half and factor of the noise.
 
-    Args:
-        found: by half and factor; on the half for measuring the noise as measured, and times the
-            factor of least log loss on the half for fitting.
-        faces: recorded ones by name of the trial.
-
-    Returns:
-        ``chosen``: that half with that factor; these have ``bins``, chances of the likeliest face
-        and how often it was that one.
+    ``chosen``: the half for measuring, with the factor of least log loss on the half for fitting;
+    it has ``bins``, chances of the likeliest face and how often it was that one.
     """
     best = chosen_factor({f: loss(one, faces) for (half, f), one in found.items() if half == FIT})
     rows = []

@@ -160,12 +160,6 @@ def search(
 
     The seeded searches of :data:`ALGORITHM`, and then the neighbours of the fittest, gene by gene,
     until none is fitter; without seeds these begin at the known genotype.
-
-    Args:
-        space: what is searched.
-        known: a genotype that the searches begin with, beside the start of the space.
-        judge: closeness of each trial.
-        seeds: of the searches.
     """
     found: dict[Genotype, list[float]] = {}
 

@@ -40,12 +40,6 @@ class Range(NamedTuple):
 def differences(engine: str, preset: str, label: str, found: Fitted) -> list[dict[str, Any]]:
     """Fitted parameters beside those of a preset and of the label.
 
-    Args:
-        engine: its title.
-        preset: spec of a simulation on it.
-        label: spec of the label's simulation on it.
-        found: what was fitted.
-
     Returns:
         ``differs``: the preset's value is outside the interval of the fitted one.
     """
@@ -80,12 +74,7 @@ def _stated(spec: str, names: Mapping[str, float]) -> dict[str, float | None]:
 
 
 def changes(preset: str, found: Fitted) -> dict[str, str]:
-    """Specs of a preset that takes fitted values, by what takes them; empty changes are left out.
-
-    Args:
-        preset: spec, such as ``ps_opt@mujoco``.
-        found: what was fitted.
-    """
+    """Specs of a preset with fitted values, by what takes them; empty changes are left out."""
     friction = {FRICTION: found.parameters[FRICTION]}
     others = {name: value for name, value in found.parameters.items() if name != FRICTION}
     named = dict(zip(CHANGES, (friction, others, found.parameters), strict=True))
@@ -99,15 +88,7 @@ def changes(preset: str, found: Fitted) -> dict[str, str]:
 
 
 def judged(lab: Lab, name: str, preset: str, found: Fitted, count: int) -> Evaluation:
-    """Layouts of many item lists, judged by a preset and by what takes fitted values.
-
-    Args:
-        lab: an interrupted run goes on in its folder.
-        name: of the engine.
-        preset: spec.
-        found: what was fitted.
-        count: layouts, with centres of mass in the middle of boxes.
-    """
+    """Layouts of many item lists, judged by a preset and by what takes fitted values."""
     cases = Cases(load_benchmark(LISTS), Part.TEST, (Scenario.S1,), count)
     specs = [preset, *changes(preset, found).values()]
     return lab.judge(specs, cases, folder=f"labels_{name}", timeout=TIMEOUT)
@@ -118,13 +99,7 @@ TIMEOUT = 120.0
 
 
 def verdicts(preset: str, found: Fitted, evaluation: Evaluation) -> dict[str, pd.Series]:
-    """Items placed safely by case, by what takes fitted values.
-
-    Args:
-        preset: spec.
-        found: what was fitted.
-        evaluation: of :func:`judged`.
-    """
+    """Items placed safely by case, by what takes fitted values."""
     said = evaluation.judged.said
     return {
         change: said[str(make_method(spec).spec)] for change, spec in changes(preset, found).items()
@@ -139,13 +114,6 @@ def changed(
     reference: Mapping[str, pd.Series],
 ) -> list[dict[str, Any]]:
     """How many verdicts change, by change.
-
-    Args:
-        engine: its title.
-        preset: spec.
-        found: what was fitted.
-        evaluation: of :func:`judged`.
-        reference: :func:`verdicts` of the reference; empty where it was not run.
 
     Returns:
         ``layouts`` with both verdicts; of them ``verdict_changed`` and ``fails_earlier``, or fails
@@ -187,10 +155,6 @@ def _agreement(one: pd.Series, other: pd.Series, clusters: pd.Series) -> Estimat
 
 def rankings(rows: pd.DataFrame, reference: str) -> list[dict[str, Any]]:
     """The order of engines before and after, by each change of which there are several engines.
-
-    Args:
-        rows: of :func:`changed`, of all engines.
-        reference: title of the reference, which is no competitor.
 
     Returns:
         By change: ``labels``, share of the verdicts of the reference, with the label's contact,

@@ -66,11 +66,7 @@ class Record:
         return self.digest
 
     def of(self, half: str, seed: int) -> list[Trial]:
-        """The trials of a half.
-
-        Raises:
-            MotionError: the file is not here.
-        """
+        """The trials of a half."""
         own = halves([trial.name for trial in self.here()], seed)
         return [trial for trial in self.trials if own[trial.name] == half]
 
@@ -100,18 +96,11 @@ def open_record(
 ) -> Record:
     """The record of a file; without a file that of the note in the work folder.
 
-    Args:
-        work: the work folder.
-        data: a file of recorded motion.
-        profile: how it is read; None where its columns are ours.
-        limit: so many trials, the first; None for all.
-
     Raises:
         MotionError: no file, and no note; the file cannot be read; fewer than eight trials; a trial
             whose body is not known or is another one, that does not begin in free flight, or that
             moves in the end.
         StoredFileError: the note is damaged.
-        OSError: a file cannot be opened.
     """
     note = work / NOTE
     if data is None:

@@ -94,21 +94,13 @@ class Contact:
 
 @cache
 def contact_of(spec: str) -> Contact:
-    """The engine and the contacts of the spec of a simulation; nothing else of it counts.
-
-    Raises:
-        SpecError: see :func:`steadyload.methods.registry.make_method`.
-    """
+    """The engine and the contacts of the spec of a simulation; nothing else of it counts."""
     engine, parameters = simulation_of(spec)
     return Contact(engine, parameters.world_settings(), parameters.frequency)
 
 
 def simulation_of(spec: str) -> tuple[str, SimulationParameters]:
-    """The engine of the spec of a simulation, and its parameters.
-
-    Raises:
-        SpecError: see :func:`steadyload.methods.registry.make_method`.
-    """
+    """The engine of the spec of a simulation, and its parameters."""
     method = make_method(spec)
     assert isinstance(method.parameters, SimulationParameters), f"{spec} is a simulation"
     assert method.spec.engine is not None, "which is on an engine"
@@ -261,13 +253,7 @@ class JitterUnit(Asked[Jittered], what="jittered releases", version=VERSION):
 
 
 def end_of(record: Trial, box: Box, spec: str) -> tuple[np.ndarray, np.ndarray] | None:
-    """Centre and attitude of a released body at rest; None where the engine fails on it.
-
-    Args:
-        record: over whose frames it is simulated, at least.
-        box: as released.
-        spec: of a simulation.
-    """
+    """Centre and attitude of a released body at rest; None where the engine fails on it."""
     contact = contact_of(spec)
     try:
         centre, attitude = end_pose(

@@ -127,11 +127,7 @@ class ByEngine:
         return not engines()[self.name].check_only
 
     def trial_ms(self, trials: int) -> float | None:
-        """CPU time of a trial from its release to rest, on average over all sets tried [ms].
-
-        Args:
-            trials: that each set was tried on.
-        """
+        """CPU time of a trial from its release to rest, on average over all sets tried [ms]."""
         return (
             1e3 * self.fitted.cpu_s / (len(self.fitted.tried) * trials) if self.is_timed else None
         )
@@ -141,12 +137,8 @@ class ByEngine:
 class AllMeasured:
     """Results of the study.
 
-    Attributes:
-        recorded: what the record says by itself.
-        engines: those with rows, in the order of the registry.
-        missing: titles of slow engines whose rows are not complete.
-        taken: the body as its flights show it.
-        made_with: provenance of the first rows.
+    ``engines``: those with rows, in the order of the registry. ``missing``: titles of slow engines
+    whose rows are not complete. ``taken``: the body as its flights show it.
     """
 
     recorded: Recorded
@@ -169,12 +161,7 @@ def able_engines() -> tuple[str, ...]:
 
 
 def steps_of_the_body(flight: Taken, *, has_inertia: bool) -> dict[str, Taken]:
-    """Ways to take the body and its release, each with one thing more than the one before.
-
-    Args:
-        flight: as the flights show it.
-        has_inertia: whether the record states moments of inertia.
-    """
+    """Ways to take the body and its release, each with one thing more than the one before."""
     found = {
         "first frame, uniform density": Taken(first_frame=True, uniform=True),
         "all frames of the flight": Taken(uniform=True),
@@ -198,8 +185,6 @@ def measured(
     Raises:
         MotionError: see :func:`steadyload.studies.reality.record.open_record`; trials are to be
             simulated, and the file is not here.
-        EngineNotInstalledError: ``reference`` is true, and that engine is not installed.
-        NotKeptError: rows are missing, and nothing may be measured.
     """
     if reference:
         world_class("reference")

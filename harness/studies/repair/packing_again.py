@@ -19,9 +19,6 @@ def packed_again(plan: Layout) -> tuple[Layout, tuple[int, ...]]:
 
     Returns:
         That bin, and of each item the step of one of its boxes in the plan.
-
-    Raises:
-        PackerNotInstalledError: Packvium is missing.
     """
     steps: dict[_Kind, list[int]] = {}
     for step, item in enumerate(plan.items):

@@ -77,12 +77,9 @@ class Answers:
 class AllTried:
     """All plans in all ways.
 
-    Attributes:
-        labelled: plans with a label, of which some fail.
-        tried: plan by plan, from the smallest one on.
-        answers: on plans that were repaired with boxes left out where that helps, and on controls.
-        not_installed: why a packer does not pack again; empty where it does.
-        made_with: provenance of the changed plans.
+    ``labelled``: plans with a label. ``tried``: from the smallest plan on. ``answers``: on plans
+    repaired with boxes left out where that helps, and on controls. ``not_installed``: why a packer
+    does not pack again; empty where it does.
     """
 
     labelled: int
@@ -146,10 +143,6 @@ def try_all(
         limit: plans at most, the smallest ones; None for all.
         reference: have the references judge what they have not come to; else only what they have
             judged counts.
-
-    Raises:
-        EngineNotInstalledError: the reference is to judge, and is not installed.
-        ResultsError: another run is at work in the folder.
     """
     if reference:
         make_method(LABEL).prepare()

@@ -150,11 +150,7 @@ def in_its_bin(plan: Layout) -> Layout:
 
 
 def rests_on(way: Way, judge: str) -> dict[str, str]:
-    """Everything besides the plan that changed plans depend on.
-
-    Raises:
-        PackerNotInstalledError: the packer that packs again is missing.
-    """
+    """Everything besides the plan that changed plans depend on."""
     made = {f"judge: {name}": value for name, value in made_by(make_method(judge)).items()}
     if way is Way.ONCE:
         one_by_one = made_by(make_method(METHOD))

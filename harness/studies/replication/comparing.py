@@ -216,21 +216,7 @@ def replicate(
     methods: Iterable[str] = METHODS.values(),
     sizes: Sizes = TABLE_2,
 ) -> Results:
-    """Judge and train what is missing; an interrupted run is resumed.
-
-    Args:
-        lab: where it is judged and trained.
-        files: the data set.
-        labels: of its cases.
-        extent: how much is trained.
-        methods: specs that are judged, as far as they can judge here.
-        sizes: of the held-out parts, by scenario.
-
-    Raises:
-        SplitError: too few files are labelled.
-        LearnerError: a folder holds another training.
-        ResultsError, WorkerDiedError: see :func:`steadyload.runs.runner.run_study`.
-    """
+    """Judge and train what is missing; an interrupted run is resumed."""
     from steadyload.studies.replication.learning import learn  # only this needs the extra
 
     cases = labelled_cases(files, labels)

@@ -30,16 +30,7 @@ PATIENCE = 100
 
 
 def paper_options(member: int, seed: int, **changes: Any) -> TrainingOptions:
-    """The options of a network of Table 4, with some changed.
-
-    Args:
-        member: its place in the table, from 0.
-        seed: of the training.
-        changes: of the options.
-
-    Raises:
-        LearnerError: a change that is not allowed.
-    """
+    """The options of a network of Table 4, with some changed."""
     own = {**TABLE_4.networks[member], "seed": seed, "patience": PATIENCE}
     return replace(TABLE_4.options, **own | changes)
 
@@ -117,17 +108,7 @@ def _ensembles(kind: SplitKind, extent: Extent) -> dict[str, list[list[TrainingO
 def learn(
     lab: Lab, cases: pd.DataFrame, layouts: Sequence[Layout], extent: Extent
 ) -> dict[tuple[str, SplitKind], Learned]:
-    """Train and test on every split, by name and split.
-
-    Args:
-        lab: where networks are trained, as far as they are missing.
-        cases: see :func:`steadyload.studies.replication.splits.folds`.
-        layouts: of the cases, in their order.
-        extent: how much is trained.
-
-    Raises:
-        as :func:`steadyload.learners.tested.train_and_test`.
-    """
+    """Train and test on every split, by name and split."""
     made = {kind: folds(cases, kind) for kind in SplitKind}
     plans = {kind: _ensembles(kind, extent) for kind in SplitKind}
     wanted = {

@@ -75,11 +75,6 @@ class Fold(NamedTuple):
 def draw_parts(cases: pd.DataFrame, *, seed: int, sizes: Sizes = TABLE_2) -> pd.Series:
     """The part of every case, ``test``, ``validation`` or empty, drawn by scenario.
 
-    Args:
-        cases: of :func:`steadyload.labelling.paper_labels.labelled_cases`.
-        seed: of the draws, 0 or more.
-        sizes: of the parts; other scenarios have no held-out cases.
-
     Raises:
         SplitError: a scenario has too few stable or unstable files.
     """

@@ -44,11 +44,7 @@ class Found(SimpleNamespace):
 
 
 def compare(directory: str | Path) -> Found:
-    """The comparison that a run folder holds.
-
-    Raises:
-        ResultsError: not a run folder, or no case in it has been judged by all methods yet.
-    """
+    """The comparison that a run folder holds."""
     directory = Path(directory)
     judged = load_judged(directory)
     manifest, said, keys = judged.manifest, judged.said, judged.keys

@@ -47,11 +47,6 @@ def disagreements(
 ) -> dict[str, Any]:
     """Some cases on which methods differ, with all that is said of them.
 
-    Args:
-        judged: the cases and verdicts.
-        shown: those of :func:`most_divided`.
-        layouts: of these, and perhaps of others.
-
     Returns:
         ``disagreements``: a row a case, with each verdict: failing step (with the id of its box, if
         it has one), ``stable`` or a status. ``drawn``: the first two of them.

@@ -24,17 +24,10 @@ _SHARE, _STEP = 0.1, 0.01
 
 
 def write_many(folder: Path, lists: int, each: int, seed: int) -> list[Path]:
-    """Write Parquet files of layouts, all of which differ.
+    """Write Parquet files of layouts, all of which differ, each of as many as a file may have.
 
-    Args:
-        folder: of the files.
-        lists: number of item lists, each of which is packed once.
-        each: number of layouts of each, which differ in their centres of mass; a
-            divisor of :data:`GROUP`.
-        seed: the same seed gives the same files.
-
-    Returns:
-        The files, each of as many layouts as a file may have.
+    Each of the item lists is packed once; its layouts, ``each`` of them, a divisor of
+    :data:`GROUP`, differ in their centres of mass.
     """
     folder.mkdir(parents=True, exist_ok=True)
     groups, files = many_layouts(lists, each, seed), []

@@ -34,12 +34,7 @@ class Measured(NamedTuple):
 
 
 def in_fresh_process(step: Callable[..., Any], *arguments: Any) -> Measured:
-    """Needs of a step.
-
-    Args:
-        step: a function of a module.
-        arguments: of it.
-    """
+    """Needs of a step."""
     context = multiprocessing.get_context("spawn")
     with worker_environment(), ProcessPoolExecutor(1, mp_context=context) as process:
         return process.submit(_needs, step, arguments).result()

@@ -83,11 +83,7 @@ class Found(SimpleNamespace):
 
 
 def compare_options(lab: Lab, limit: int | None = None) -> Found:
-    """Judge cases by all options, as far as that is missing, and compare them.
-
-    Raises:
-        ResultsError: the folder holds something else.
-    """
+    """Judge cases by all options, as far as that is missing, and compare them."""
     labelled = load_benchmark(REAL)
     cases = min(CASES, limit or CASES)
     chosen = drawn_cases(labelled, cases)
@@ -136,14 +132,7 @@ def _made_with(runs: Mapping[Question, JudgedCases]) -> dict[str, str]:
 
 def drawn_cases(benchmark: Benchmark, count: int) -> pd.DataFrame:
     """Labelled cases of train and validation, drawn in turns over sources and scenarios by rank.
-
-    Args:
-        benchmark: the labelled set.
-        count: of cases; fewer where there are not so many.
-
-    Returns:
-        Rows of the table of cases in the order drawn, with the column ``source``: the first of
-        those that gave the layout.
+    ``source``: the first of those that gave the layout.
     """
     cases = benchmark.cases
     allowed = cases["split"].isin(_PARTS) & (cases["item_count"] <= MOST_ITEMS)

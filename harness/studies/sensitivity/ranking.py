@@ -88,13 +88,6 @@ def compare(lab: Lab, limit: int | None) -> Found:
     """Judge cases of the test part by all methods under all rules, and compare.
 
     Nothing was tuned, trained or fitted on that part. The run folder is that of the lab.
-
-    Args:
-        lab: where they are judged.
-        limit: cases a scenario; None for :data:`LIMIT`.
-
-    Raises:
-        ResultsError: the folder holds another study.
     """
     plain = [str(make_method(spec).spec) for spec in METHODS]
     told = [rule.given_to(spec) for spec in plain for rule in RULES]

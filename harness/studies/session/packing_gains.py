@@ -50,13 +50,8 @@ _SEED = 21
 class Packing:
     """One item list packed by one heuristic: what gains are computed of.
 
-    Attributes:
-        item_list: its number.
-        stable, scores: of each bin, by the method that judges.
-        left_out: items that were not accepted at any place.
-        placements, rejected: number of those judged, and of these that were rejected.
-        seconds: CPU time of packing.
-        judging: of this, the judgements.
+    ``stable``, ``scores``: of each bin, by the method that judges. ``left_out``: items that were
+    accepted nowhere. ``seconds``: CPU time of packing; ``judging``: of this, the judgements.
     """
 
     item_list: int
@@ -100,13 +95,8 @@ class PackingUnit(
 ):
     """Packing of item lists of a class by all heuristics while one method rejects placements.
 
-    Attributes:
-        item_class: of the lists.
-        method: spec of the method that rejects; empty: nothing is rejected.
-        judge: spec of the method that judges the packed bins.
-        instances: number of item lists.
-        heuristics: numbers of the heuristics.
-        made_by: versions of both methods.
+    ``method``: its spec; empty where nothing is rejected. ``judge``: spec of the method that judges
+    the packed bins. ``made_by``: versions of both.
     """
 
     item_class: int
@@ -158,19 +148,8 @@ def packing_gains(
 ) -> pd.DataFrame:
     """Pack item lists of all classes with every method that rejects, and without any.
 
-    Args:
-        lab: what was packed and judged in its folder is not done again.
-        specs: methods that reject placements.
-        judge: method that judges the packed bins.
-        instances: number of item lists of each class.
-        heuristics: that pack each of them.
-
     Returns:
         Fields of :class:`Packing`, with ``item_class`` and ``method``, empty where nobody rejects.
-
-    Raises:
-        SpecError: no such method.
-        ResultsError: another run is at work in the folder.
     """
     made = {spec: made_by(make_method(spec)) for spec in (*specs, judge)}
     numbers = tuple(heuristic.number for heuristic in heuristics)

@@ -173,17 +173,8 @@ def session_curves(
     Sessions are repeated in turns, so that a disturbance of the machine affects all of them, and
     the smallest time of each placement counts.
 
-    Args:
-        lab: what was measured in its folder is not measured again.
-        specs: methods.
-        count: number of items to load.
-
     Returns:
         The curves, and the provenance of the measurement.
-
-    Raises:
-        SpecError: no such method.
-        ResultsError: another run is at work in the folder.
     """
     unit = CurvesUnit(tuple(specs), count, {spec: made_by(make_method(spec)) for spec in specs})
     (found,), made_with = kept_rows(

@@ -57,13 +57,8 @@ def measure(
 ) -> None:
     """Repeat all jobs in turns, the first one changing.
 
-    Every job is done once before, which is not counted.
-
-    Args:
-        jobs: that are measured.
-        repeats: of every job.
-        progress: called with repeats done and repeats in all.
-        enough: CPU seconds of a job after which it is not repeated again.
+    Every job is done once before, which is not counted, and not again after ``enough`` CPU
+    seconds.
     """
     loops, spent = [], [0.0] * len(jobs)
     for job in jobs:

@@ -56,11 +56,7 @@ def run_speed(
     extent: Extent,
     progress: NamedProgress,
 ) -> Found:
-    """Measure methods on sets of layouts, the first of which is the labelled one.
-
-    Raises:
-        SpecError: there is no such method.
-    """
+    """Measure methods on sets of layouts, the first of which is the labelled one."""
     methods = {spec: make_method(spec) for spec in specs}
     largest = max(len(layout) for layouts in sets.values() for layout in layouts)
     for spec, method in methods.items():
@@ -190,12 +186,6 @@ def grown(
 
     A size is measured on the layouts of the scene whose first items the method calls stable, so
     that every item is judged. There is no point where there is none.
-
-    Args:
-        methods: by spec.
-        scenes: by name, what gives the layouts for a method.
-        extent: how much is measured.
-        progress: called with each scene and method, then with repeats done and repeats in all.
     """
     found = {}
     for scene, spec in product(scenes, methods):

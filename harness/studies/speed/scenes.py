@@ -37,12 +37,8 @@ _SEED = 3
 class Extent(NamedTuple):
     """How much is measured.
 
-    Attributes:
-        repeats: of every measurement.
-        draws: layouts of a size in the growth.
-        most_items: of a layout in the growth.
-        patience: seconds after which a judgement is given up.
-        limit: cases a scenario, and layouts of a file; None for all.
+    ``draws``: layouts of a size in the growth. ``patience``: seconds after which a judgement is
+    given up. ``limit``: cases a scenario, and layouts of a file; None for all.
     """
 
     repeats: int = 9
@@ -72,14 +68,9 @@ def case_sets(files: Sequence[Path], limit: int | None) -> dict[str, list[Layout
     The first set has the validation cases of the labelled set; each other one has the layouts of a
     file, and its name without the ending.
 
-    Args:
-        files: of layouts.
-        limit: cases a scenario, and layouts of a file, at most; None for all.
-
     Raises:
         LayoutError: a file holds something that is no valid layout, or no layout at all, or has
             the name of another set.
-        OSError: it cannot be read.
     """
     benchmark = load_benchmark()
     rows = benchmark.select(Part.VALIDATION, limit=limit)

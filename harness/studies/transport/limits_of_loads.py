@@ -120,16 +120,7 @@ def exact_at(friction: float) -> str:
 
 
 def standing_loads(of: str, count: int, most_boxes: int | None = None) -> list[Load]:
-    """Loads of a set that stand by their label: layouts that are all different first.
-
-    Args:
-        of: the set.
-        count: loads at most.
-        most_boxes: only loads of at most so many boxes; None for all.
-
-    Raises:
-        BenchmarkError: the set has no labelled cases.
-    """
+    """Loads of a set that stand by their label: layouts that are all different first."""
     benchmark = load_benchmark(of)
     part = Part.TEST if of == LISTS else Part.ALL
     cases = benchmark.select(part, question=Question.STANDS)
@@ -153,9 +144,6 @@ def engines_on_the_front(boxes: int) -> tuple[str, ...]:
 
     Args:
         boxes: of a load; the largest loads that were measured stand for larger ones.
-
-    Raises:
-        FrontError: no engine that was measured is installed.
     """
     fronts = [front for front in load_fronts() if front.question == Question.STANDS]
     own = front_for(fronts, Question.STANDS, min(boxes, max(front.most for front in fronts)))
@@ -166,10 +154,6 @@ def engines_on_the_front(boxes: int) -> tuple[str, ...]:
 def limits_of_loads(lab: Lab, limit: int | None = None) -> LoadLimits:
     """Find the missing limits of loads, and return all; with ``limit`` of so many loads of each
     set, of real size those of fewest boxes.
-
-    Raises:
-        FrontError: no engine is to be recommended here.
-        ResultsError: another run is at work in the folder.
     """
     here = {
         LISTS: fixed_step_engines(),

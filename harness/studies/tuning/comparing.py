@@ -73,16 +73,9 @@ def compare(lab: Lab, searches: Iterable[Search], limit: int | None = None) -> F
     The cases are those of many item lists; 2-D engines are judged on the planar set, on which the
     others are judged, too, where parameters are transferred.
 
-    Args:
-        lab: where it runs; an interrupted study is resumed.
-        searches: finished ones, which gave the presets, fronts and seeds; those for another
-            question than that of the label are left out.
-        limit: cases a scenario; None for :data:`LIMIT`, and :data:`GAINS` for what searches add.
-
     Raises:
         TuningError: all searches are for another question than that of the label, none of the
             searched engines has a preset, or none of its searches found it.
-        as :meth:`steadyload.studies.kit.Lab.judge`.
     """
     asked = [s for s in searches if s.options.source.question == Question.WITHIN]
     if not asked:

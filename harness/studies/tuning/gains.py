@@ -23,17 +23,9 @@ _SHARD_SIZE = 60
 def search_gains(lab: Lab, engines: Iterable[str], limit: int) -> pd.DataFrame:
     """Judge the presets of all questions and their starts, on cases of many item lists.
 
-    Args:
-        lab: where they are judged.
-        engines: of three dimensions; those without a preset for a question are left out.
-        limit: cases a scenario, those of the first ranks.
-
     Returns:
         A row a question and engine: accuracy of the ``start`` of the search, of the ``preset``, and
         their difference, ``gain``; ``shown``: the least that these cases show.
-
-    Raises:
-        as :meth:`steadyload.studies.kit.Lab.judge`.
     """
     wanted, gains = tuple(engines), []
     for question in Question:

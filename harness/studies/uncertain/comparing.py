@@ -97,13 +97,7 @@ class Found(SimpleNamespace):
 
 
 def summarise(sampled: Sampled, made_with: Mapping[str, str], asked: str = "within") -> Found:
-    """The records of a run, compared with the labels.
-
-    Args:
-        sampled: the samples.
-        made_with: provenance of the samples.
-        asked: the question whose labels they are compared with.
-    """
+    """The records of a run, compared with the labels."""
     labels, alone_method = _labels(asked), ALONE_METHOD[asked]
     frame = _cases(sampled.methods, labels).rename(columns={"of": "method"})
     heard = frame[frame["judged"]]

@@ -81,11 +81,6 @@ def sampled_cases(lab: Lab, asked: str, limit: int | None = None) -> Sampled:
     """Sample the missing cases, at most ``limit`` a scenario; an interrupted run is resumed.
 
     Progress counts cases done and cases in all, first of all but the random samples.
-
-    Raises:
-        ResultsError: the work folder is no folder, or another run is at work in it.
-        EngineNotInstalledError: a method's engine is missing.
-        WorkerDiedError: see :func:`steadyload.runs.pool.run_units`.
     """
     specs, alone_method = METHODS[asked], ALONE_METHOD[asked]
     for spec in (*specs, alone_method):
