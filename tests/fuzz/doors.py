@@ -3,6 +3,7 @@
 Also the door that writes what it has read: a file of plans with its repairs.
 """
 
+import base64
 import io
 import json
 import lzma
@@ -15,6 +16,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pandas as pd
+import parquet
+import pyarrow as pa
+import pyarrow.parquet as pq
 from mutation import mutated
 
 from steadyload.app.repaired_files import write_repaired
@@ -29,6 +33,7 @@ from steadyload.layouts.files.record import Refused
 from steadyload.layouts.files.sources import Content
 from steadyload.layouts.formats import read_written, scan_layouts
 from steadyload.layouts.writers import as_csv, as_job, as_native
+from steadyload.runs import tidy
 from steadyload.runs.labels import LABELS, LABELS_FILE, as_labels, load_labels
 from steadyload.runs.scoring import read_entries
 from steadyload.runs.store import checksum
@@ -157,14 +162,49 @@ def placed_archive(folder: Path, content: bytes) -> Path:
     return path
 
 
-def read_archive(path: Path) -> None:
-    """Unpack an archive; refused, it leaves nothing behind."""
+def read_archive(path: Path, *, verdicts: bool = False) -> None:
+    """Unpack an archive, or a table of verdicts; refused, it leaves nothing behind."""
     work = path.parents[1] / "work"
     try:
-        unpack(Entry("page", "", ("study",), work), path.parent)
+        unpack(Entry("page", "", ("study",), work, verdicts), path.parent)
     except Exception:
         assert not work.exists(), "a folder of a refused archive"
         raise
+
+
+def verdict_table(manifest: bytes) -> bytes:
+    """A table of verdicts of one run, as it is kept, with the manifest of the run beside it."""
+    row = {
+        "run": "spatial", "shard": "0a", "layout": "A", "layout_hash": "0" * 16, "scenario": "S1",
+        "item_count": 3, "method": "fbs", "method_name": "fbs", "parameters": "{}", "reason": "",
+        "question": "within", "repetition": 0, "status": "done", "score": 1.0, "ignored": [],
+        "emulated": [], "substeps": 0, **{n: 1 for n in tidy.ABOUT if n.endswith("_ns")},
+    }  # fmt: skip
+    table = pa.Table.from_pylist([row, {**row, "layout": "B"}], schema=tidy.TABLE)
+    beside = _packed([("spatial/manifest.json", manifest)])
+    return tidy.content(table, files=base64.b85encode(beside).decode())
+
+
+def harmed_table(content: bytes, draw: random.Random) -> bytes:
+    """A table with changed bytes, columns or values, or with another archive beside it."""
+    if draw.random() < 0.6:
+        return parquet.mutated_table(content, draw)
+    source, sink = pa.BufferReader(content), io.BytesIO()
+    beside = harmed_archive(base64.b85decode(pq.read_metadata(source).metadata[b"files"]), draw)
+    pq.write_table(
+        pq.read_table(source).replace_schema_metadata({"files": base64.b85encode(beside)}), sink
+    )
+    return sink.getvalue()
+
+
+def placed_verdict_table(folder: Path, content: bytes) -> Path:
+    """Put a table where the verdicts of a page are kept, and nothing where they are unpacked."""
+    return placed_archive(folder, content).rename(folder / "rows" / "work.parquet")
+
+
+def read_verdict_table(path: Path) -> None:
+    """Unpack a table; refused, it leaves nothing behind."""
+    read_archive(path, verdicts=True)
 
 
 def failing_plans() -> list[bytes]:

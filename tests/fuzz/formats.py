@@ -20,6 +20,7 @@ import parquet
 import stored
 from mutation import mutated, mutated_json
 
+from steadyload.atomic import manifest_text
 from steadyload.cli.flags import read_config
 from steadyload.config import methods_option, option
 from steadyload.labelling.building.item_lists import read_items, read_products
@@ -340,9 +341,9 @@ def _run_manifest():
     about = {
         "schema_version": 2, "study": {"name": "trial", "methods": ["fbs"]}, "study_hash": "0" * 16,
         "data_hash": "1" * 16, "shards": ["one"], "finished": True,
-        "files": {"layouts.json": "0" * 16},
+        "files": {"layouts.parquet": "0" * 16},
     }  # fmt: skip
-    return json.dumps(about).encode()
+    return manifest_text(about).encode()
 
 
 def _placed_run(folder, manifest, shard):
@@ -375,7 +376,7 @@ def _tables():
     return [tables.as_parquet(pd.DataFrame(r).reindex(columns=s.names), s) for r, s in frames]
 
 
-_SET_MANIFEST = json.dumps({"version": 2, "layouts": 2, "cases": 2, "opinions": 1}).encode()
+_SET_MANIFEST = manifest_text({"version": 2, "layouts": 2, "cases": 2, "opinions": 1}).encode()
 
 
 def _placed_set(folder, name, content):
@@ -436,7 +437,7 @@ def _weights_manifest(tensors):
         "feature_names": list(names(FeatureKind.SUPPORT)), "command": "steadyload train",
         "ranges": {name: [0.0, 100.0] for name in QUANTITIES}, "members": [{"options": _OPTIONS}],
     }  # fmt: skip
-    return json.dumps(about).encode()
+    return manifest_text(about).encode()
 
 
 def _mutated_tensors(content, draw):
@@ -568,7 +569,7 @@ FORMATS = {
     "run-manifest": Format(
         lambda: [_run_manifest()],
         lambda run: nothing(load_results(run)),
-        mutated_json,
+        stored.summed(mutated_json),
         lambda folder, content: _placed_run(folder, content, _shard()),
     ),
     "labels": Format(
@@ -581,7 +582,7 @@ FORMATS = {
         _placed_table,
     ),
     "labelled-manifest": Format(
-        lambda: [_SET_MANIFEST], read_set, mutated_json,
+        lambda: [_SET_MANIFEST], read_set, stored.summed(mutated_json),
         lambda folder, content: _placed_set(folder, "manifest.json", content),
     ),
     "weights": Format(
@@ -594,7 +595,7 @@ FORMATS = {
     ),
     "weights-manifest": Format(
         lambda: [_weights_manifest(_tensors())], lambda made: nothing(load_weights(made)),
-        mutated_json,
+        stored.summed(mutated_json),
         lambda folder, content: _placed_weights(folder, content, _tensors()),
     ),
     "thresholds": Format(
@@ -626,6 +627,10 @@ FORMATS = {
     "archive": Format(
         lambda: [doors.archive()], doors.read_archive, doors.harmed_archive, doors.placed_archive
     ),
+    "verdict-table": Format(
+        lambda: [doors.verdict_table(_run_manifest())], doors.read_verdict_table,
+        doors.harmed_table, doors.placed_verdict_table,
+    ),
     "sparse": Format(
         lambda: [doors.whole(k, content) for k, (content, _) in enumerate(_files())],
         doors.by_number([read for _, read in _files()]), doors.hole, doors.placed_hole,
@@ -640,7 +645,7 @@ FORMATS = {
 COSTLY = (
     LayoutFormat.PARQUET.value, "motion-table", "shard", "labels", "run-manifest",
     "labelled-tables", "labelled-manifest", "plan",
-    "archive", "sparse", "device", "repaired",
+    "archive", "verdict-table", "sparse", "device", "repaired",
 )  # fmt: skip
 """Those of which an input takes milliseconds."""
 
