@@ -35,7 +35,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from steadyload.labelling.label_rows import LABEL, case_row
-from steadyload.layouts.model.contacts import find_contacts
 from steadyload.layouts.model.layout import Layout
 from steadyload.layouts.sizes import MOST_SMALL
 from steadyload.methods.contract.method import Status
@@ -352,7 +351,7 @@ def affecting(layout: Layout) -> NDArray[np.bool_]:
     """
     low, high = layout.lower - BESIDE, layout.upper + BESIDE
     touches = ((low[:, None] < layout.upper[None]) & (layout.lower[None] < high[:, None])).all(2)
-    carries = find_contacts(layout).carries
+    carries = layout.contacts.carries
     rests = np.zeros_like(carries)
     for item in np.argsort(layout.lower[:, 1], kind="stable").tolist():
         below = carries[:, item]

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import dataclass
 
-from steadyload.layouts.model.contacts import find_supports
 from steadyload.layouts.model.footing import Side, footing
 from steadyload.layouts.model.frame import Frame
 from steadyload.layouts.model.layout import TOLERANCE, Layout, Vector
@@ -108,7 +107,7 @@ def _gives_way(boxes: Boxes, step: int, unloaded: Collection[int]) -> int | None
         step: of the other one.
         unloaded: boxes that are out of balance in their own turn.
     """
-    supports = find_supports(boxes.layout)
+    supports = boxes.layout.supports
     below, found = [step], set[int]()
     while below:
         for carrier in supports.carriers(below.pop()):

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from steadyload.core.constants import BALANCED, EDGE, STANDS, UNRESOLVED
-from steadyload.layouts.model.contacts import Patch, find_supports
+from steadyload.layouts.model.contacts import Patch
 from steadyload.layouts.model.footing import Edge, Footing, edge_of, footing
 from steadyload.layouts.model.frame import Frame
 from steadyload.layouts.model.layout import Layout
@@ -83,7 +83,7 @@ def balance_lost(layout: Layout) -> BalanceLost | None:
     if ended == STANDS:
         return None
     placed = layout.first(step + 1)
-    supports = find_supports(placed)
+    supports = placed.supports
     group = supports.joined(step, floor=False)
     if ended == UNRESOLVED:
         raise unresolved(layout.weights[group])

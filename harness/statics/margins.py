@@ -14,7 +14,7 @@ import numpy as np
 from scipy.optimize import linprog
 
 from steadyload.core.constants import STANDS
-from steadyload.layouts.model.contacts import FLOOR, Patch, find_supports
+from steadyload.layouts.model.contacts import FLOOR, Patch
 from steadyload.layouts.model.layout import FloatArray, Layout
 from steadyload.statics.balance import solve
 from steadyload.statics.corners import corner_columns
@@ -59,7 +59,7 @@ def margins(layout: Layout, *, centres: bool = True) -> list[Margin]:
 
 class _Scene:
     def __init__(self, layout: Layout) -> None:
-        self.layout, self.supports = layout, find_supports(layout)
+        self.layout, self.supports = layout, layout.supports
         self.sizes = layout.upper - layout.lower
         self.middle = 0.5 * (layout.lower + layout.upper) + layout.mass_offsets
         patches = [patch for below in self.supports.below for patch in below]

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from steadyload.layouts.model.contacts import FLOOR, find_supports
+from steadyload.layouts.model.contacts import FLOOR
 from steadyload.layouts.model.layout import Arrangement
 from steadyload.transport.errors import TransportError
 
@@ -26,7 +26,7 @@ def whole_load_limit(layout: Arrangement, friction: float, direction_deg: float)
     Raises:
         TransportError: no box stands on the deck.
     """
-    low, high, supports = layout.lower, layout.upper, find_supports(layout)
+    low, high, supports = layout.lower, layout.upper, layout.supports
     shares = layout.weights / layout.weights.sum()
     centre = shares @ (0.5 * (low + high) + layout.mass_offsets)
     bases = [

@@ -1,5 +1,6 @@
 """Reasons: where a plan loses its balance, by closed forms, and what a method adds to that."""
 
+import pickle
 from dataclasses import replace
 
 import pytest
@@ -11,6 +12,7 @@ from steadyload import check
 from steadyload.app import faults
 from steadyload.app.faults import fault_of
 from steadyload.app.remedies import remedy_of
+from steadyload.core.whole import Given
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.model.footing import Side
 from steadyload.layouts.model.frame import Frame
@@ -233,3 +235,30 @@ def tipped(layout):
     """What is said of a load whose last box tips."""
     last = len(layout) - 1
     return Verdict(len(layout), failing_step=last, moved_item=last, displacement=3.0, rotation=11.0)
+
+
+@pytest.mark.parametrize("method", [None, "sme", "equilibrium:time=0.3", "ps_opt@mujoco"])
+def test_a_check_finds_the_contacts_of_a_load_once(monkeypatch, method):
+    seen, found = [], Given.contacts
+
+    def counted(given):
+        seen.append((len(given), given))  # kept, so that no address is used twice
+        return found(given)
+
+    monkeypatch.setattr(Given, "contacts", counted)
+    corners = ((0.0, 0.0, 0.0), (40.0, 0.0, 0.0), (0.0, 30.0, 0.0), (25.0, 60.0, 30.0))
+    load = plan(*((corner, (40.0, 30.0, 40.0), 10.0) for corner in corners))
+    assert not check(load, method).verdict.stable
+    of_all = [given for count, given in seen if count == len(load)]
+    assert len(of_all) <= 1
+    assert all(given is load.given for given in of_all)
+    assert len(seen) <= 2  # and those of the load up to the failing step
+
+
+def test_contacts_do_not_travel_to_another_process():
+    load = plan(block(), block(y=20.0))
+    assert len(load.given) == 2
+    before = pickle.dumps(load)
+    assert load.supports.carriers(1) == load.contacts.below.tolist() == [0]
+    assert pickle.dumps(load) == before
+    assert pickle.loads(before).supports == load.supports

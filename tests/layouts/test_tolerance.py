@@ -7,7 +7,7 @@ import pytest
 
 from steadyload.layouts import Item, Layout, LayoutError, Pallet
 from steadyload.layouts.model.batch import LayoutBatch
-from steadyload.layouts.model.contacts import FLOOR, find_contacts, find_supports
+from steadyload.layouts.model.contacts import FLOOR
 from steadyload.layouts.model.growing import GrowingLayout
 from steadyload.layouts.model.snapping import snap
 from steadyload.layouts.packers.plan import Bin, Placed, plan
@@ -139,8 +139,8 @@ def test_a_top_that_misses_a_base_by_exactly_the_tolerance_carries_it(miss):
             box(1, (0.0, round(height + miss, 2), 0.0), (40.0, 10.0, 40.0)),
         ]
         found = taken(pallet, items)
-        assert find_contacts(found["layout"]).carries[0, 1]
-        assert find_supports(found["layout"]).carriers(1) == [0]
+        assert found["layout"].contacts.carries[0, 1]
+        assert found["layout"].supports.carriers(1) == [0]
         assert found["grow"].supports.carriers(1) == [0]
         points = touching_points(found["layout"], [1], [0])
         assert len(points) == 4
@@ -153,7 +153,7 @@ def test_the_lower_of_two_is_found_below_the_upper_that_was_loaded_before():
         upper = box(0, (0.0, round(height + 0.01, 2), 0.0), (40.0, 10.0, 40.0))
         lower = box(1, (0.0, 0.0, 0.0), (40.0, height, 40.0))
         found = taken(pallet, [upper, lower])
-        assert find_supports(found["layout"]).carriers(0) == [1]
+        assert found["layout"].supports.carriers(0) == [1]
         assert found["grow"].supports.carriers(0) == [1]
 
 
@@ -166,11 +166,9 @@ def test_the_many_items_of_a_large_layout_touch_alike():
         top += height + (0.01 if k % 2 else -0.01)
     found = taken(Pallet(40.0, 400.0, 40.0), items)
     expected = [[], *([k] for k in range(59))]
-    for supports in (find_supports(found["layout"]), found["grow"].supports):
+    for supports in (found["layout"].supports, found["grow"].supports):
         assert [supports.carriers(k) for k in range(60)] == expected
-    assert (
-        np.argwhere(find_contacts(found["layout"]).carries) == np.argwhere(np.eye(60, k=1))
-    ).all()
+    assert (np.argwhere(found["layout"].contacts.carries) == np.argwhere(np.eye(60, k=1))).all()
 
 
 def test_what_shares_a_strip_of_exactly_the_tolerance_does_not_touch():
@@ -181,8 +179,8 @@ def test_what_shares_a_strip_of_exactly_the_tolerance_does_not_touch():
             box(1, (round(width - 0.01, 2), 30.0, 0.0), (40.0, 10.0, 40.0)),
         ]
         found = taken(pallet, items)
-        assert not find_contacts(found["layout"]).carries.any()
-        assert not find_supports(found["layout"]).below[1]
+        assert not found["layout"].contacts.carries.any()
+        assert not found["layout"].supports.below[1]
         assert not found["grow"].supports.below[1]
         assert not len(touching_points(found["layout"], [1], [0]))
 
@@ -196,17 +194,17 @@ def test_what_overhangs_the_deck_by_exactly_the_tolerance_overhangs_no_edge():
             layout, growing = found["layout"], found["grow"]
             assert layout.floor.has_edges == growing.floor.has_edges == (floor == "deck")
             assert (found["batch"].floors[0] == layout.floor.corners).all()
-            contacts = find_contacts(layout)
+            contacts = layout.contacts
             assert contacts.on_floor.all()
             assert not len(contacts.above)
-            for supports in (find_supports(layout), growing.supports):
+            for supports in (layout.supports, growing.supports):
                 assert supports.on_floor == [True]
                 assert supports.below == [[]]
             further = box(0, (round(width - 9.9899, 4), 0.0, 0.0), (10.0, 10.0, 10.0))
             found = taken(pallet, [further])
             assert found["layout"].floor.has_edges
             assert found["grow"].floor.has_edges
-            assert find_supports(found["layout"]).below[0][0].below == FLOOR
+            assert found["layout"].supports.below[0][0].below == FLOOR
             assert found["grow"].supports.below[0][0].below == FLOOR
 
 

@@ -380,15 +380,16 @@ def test_what_is_not_there_says_what_to_do(cascade, tmp_path):
         make_method(f"cascade@dart:thresholds={file}").prepare()
     with pytest.raises(ThresholdsError, match="no such file of thresholds"):
         load_thresholds("dart", tmp_path)
-    file.write_text("[]")
+    file.write_text(manifest_text({"fitted": []}))
     with pytest.raises(ThresholdsError, match="no engine yet; to fit them run steadyload cascade"):
         make_method(f"cascade@dart:thresholds={file}").prepare()
     asked = cascade()
     other = make_method(f"cascade@mujoco:budget=3,thresholds={asked.parameters.thresholds}")
     with pytest.raises(ThresholdsError, match=r"budget is 3; allowed: 0\.5$"):
         other.prepare()
-    for record in ("", '"default": 1, "budgets": {}, ', '"default": 1, "budgets": 2, '):
-        file.write_text(f'{{"fitted": [{{{record}"engine": "dart", "question": "within"}}]}}')
+    for record in ({}, {"default": 1, "budgets": {}}, {"default": 1, "budgets": 2}):
+        fitted = {**record, "engine": "dart", "question": "within"}
+        file.write_text(manifest_text({"fitted": [fitted]}))
         with pytest.raises(ThresholdsError, match=r"none.json: holds no thresholds for dart"):
             load_thresholds("dart", file)
     for text in ("{", "{}", '{"fitted": [{"engine": "dart"}]}', '{"fitted": {"dart": {}}}'):

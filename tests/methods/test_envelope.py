@@ -344,7 +344,7 @@ def test_a_score_warns_on_stderr_and_in_its_records(study, capsys):
 def test_extents_agree_with_a_slow_count():
     """The chain by recursion, the load by a loop over contacts."""
     for one in random_layouts(8, seed=11):
-        contacts = module.find_contacts(one)
+        contacts = one.contacts
         areas = np.zeros(contacts.carries.shape)
         areas[contacts.below, contacts.above] = contacts.areas
 

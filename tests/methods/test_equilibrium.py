@@ -9,7 +9,6 @@ from scipy.optimize import linprog
 
 from steadyload.core.constants import STANDS
 from steadyload.layouts import Item, Layout, Pallet
-from steadyload.layouts.model.contacts import find_contacts, find_supports
 from steadyload.layouts.model.scenarios import Scenario
 from steadyload.layouts.packing.packing import random_layouts
 from steadyload.methods import make_method
@@ -126,7 +125,7 @@ def test_forces_add_up_to_the_weight():
     lay = layout(
         BLOCK, (60.0, 10.0, 0.0, 30.0, 2.0, 10.0, 7.0), (60.0, 12.0, 0.0, 9.0, 9.0, 9.0, 5.0)
     )
-    below = find_supports(lay).below
+    below = lay.supports.below
     found = solve(lay, [1, 2], [*below[1], *below[2]])
     assert found.ended == STANDS
     plank, box = found.forces.sum(axis=1)
@@ -155,7 +154,7 @@ def test_only_items_placed_before_support():
 
 def dense_failing_step(lay, grow=1e-6):
     """The first step at which one linear programme over all items is infeasible."""
-    contacts, centres = find_contacts(lay), 0.5 * (lay.lower + lay.upper) + lay.mass_offsets
+    contacts, centres = lay.contacts, 0.5 * (lay.lower + lay.upper) + lay.mass_offsets
     for step in range(len(lay)):
         count, columns = step + 1, []
         pairs = [

@@ -6,7 +6,6 @@ from tested_engines import TESTED
 
 from steadyload.engines.registry import world_class
 from steadyload.layouts import Item, Layout, Pallet
-from steadyload.layouts.model.contacts import find_supports
 from steadyload.layouts.packing.packing import random_layouts
 from steadyload.methods import Status, make_method
 from steadyload.methods.contract.method import Effort
@@ -151,7 +150,7 @@ def test_items_are_joined_by_standing_on_each_other_and_by_bridges():
         ((15, 25, 0), (15, 5, 10)),  # on items 6 and 9, which are joined already
     )
     whole = [1, 2, 3, 4, 6, 8, 9, 10]
-    groups = [find_supports(lay).joined(step) for step in range(len(lay))]
+    groups = [lay.supports.joined(step) for step in range(len(lay))]
     assert groups == [
         [0], [1], [2], [2, 3], [1, 4], [5], [1, 2, 3, 4, 6], [0, 7], whole[:6], whole[:7], whole,
     ]  # fmt: skip
@@ -212,7 +211,7 @@ def test_widening_scope_asks_the_whole_what_holds_up_an_item(engine, held):
     under = Item(1, (40.0, 0.0, 0.0), (20.0, 19.9 if held else 10.0, 20.0), 50.0)
     bar = Item(2, (8.0, 20.0, 0.0), (48.0, 10.0, 20.0), 10.0)
     lay = Layout("hangs", PALLET, (post, under, bar))
-    assert find_supports(lay).joined(2) == [0, 2]
+    assert lay.supports.joined(2) == [0, 2]
     base = f"simulation@{engine}:t_max=0.6,between_steps=reseat,rest_speed=0.01"
     verdicts = [make_method(f"{base},scope={scope}").judge(lay) for scope in ("all", "widening")]
     assert [v.failing_step for v in verdicts] == [None if held else 2] * 2

@@ -15,7 +15,6 @@ from piles import top_below
 
 from steadyload.engines.world import EngineError
 from steadyload.layouts import Item, Layout, LayoutError, Pallet
-from steadyload.layouts.model.contacts import find_supports
 from steadyload.layouts.packing.packing import random_layouts
 from steadyload.methods import Status
 from steadyload.methods.contract.method import STABLE, Finding, Method, Seconds, WholeLoader
@@ -159,7 +158,7 @@ def test_a_planar_engine_judges_in_the_plane_that_is_left():
 
 def recursively_supported(layout, step):
     """SME as the authors write it: the new item, and then everything below it."""
-    scene = find_supports(layout)
+    scene = layout.supports
     part = layout.first(step + 1)
     centre = 0.5 * (part.lower + part.upper) + part.mass_offsets
 

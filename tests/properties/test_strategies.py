@@ -6,7 +6,6 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from steadyload.layouts.model.contacts import find_contacts
 from steadyload.layouts.model.scenarios import Scenario
 from steadyload.methods import make_method
 from steadyload.methods.contract.declared import EVERY_LAYOUT, LABEL_LIMITS, LayoutRange
@@ -48,7 +47,7 @@ def test_offsets_shrink_towards_the_middle():
 @FEW
 @given(s.towers())
 def test_towers_rest_fully_and_centred(layout):
-    contacts = find_contacts(layout)
+    contacts = layout.contacts
     assert contacts.on_floor.tolist() == [True] + [False] * (len(layout) - 1)
     centres = 0.5 * (layout.lower + layout.upper)[:, ::2]
     assert (centres == centres[0]).all()
@@ -71,7 +70,7 @@ def test_towers_of_cartons_rest_fully_and_centred(layout):
 @FEW
 @given(s.columns())
 def test_columns_rest_fully_on_the_box_below(layout):
-    assert find_contacts(layout).on_floor.tolist() == [True] + [False] * (len(layout) - 1)
+    assert layout.contacts.on_floor.tolist() == [True] + [False] * (len(layout) - 1)
     assert make_method("fbs").judge(layout).stable
     density = layout.weights / (layout.upper - layout.lower).prod(axis=1)
     assert density == pytest.approx(density[0])
@@ -108,7 +107,7 @@ def test_a_column_tips_by_the_lever_of_its_weakest_face():
 @FEW
 @given(s.overhanging_stacks())
 def test_stacked_items_touch_the_one_below(layout):
-    carries = find_contacts(layout).carries
+    carries = layout.contacts.carries
     assert all(carries[i, i + 1] for i in range(len(layout) - 1))
 
 
@@ -124,7 +123,7 @@ def test_walls_have_no_gaps(layout):
 @FEW
 @given(s.bridges())
 def test_bridges_rest_on_both_supports(layout):
-    carries = find_contacts(layout).carries
+    carries = layout.contacts.carries
     assert carries[0, 2]
     assert carries[1, 2]
 
@@ -158,9 +157,9 @@ def test_planar_layouts_are_planar(layout):
 @FEW
 @given(s.ordinary_layouts(), st.integers(0, 50), st.integers(0, 50))
 def test_moves_keep_sizes_weights_and_contacts(layout, along_x, along_z):
-    before = find_contacts(layout)
+    before = layout.contacts
     for moved in (translated(layout, along_x, along_z), quarter_turned(layout), mirrored(layout)):
-        after = find_contacts(moved)
+        after = moved.contacts
         assert np.array_equal(before.carries, after.carries)
         assert np.allclose(before.areas, after.areas)
         assert np.array_equal(layout.weights, moved.weights)

@@ -21,7 +21,7 @@ from steadyload.core.whole import Given
 from steadyload.layouts import Item, Layout, Pallet
 from steadyload.layouts.benchmark import load_benchmark
 from steadyload.layouts.model.batch import LayoutBatch
-from steadyload.layouts.model.contacts import FLOOR, Patch, find_supports
+from steadyload.layouts.model.contacts import FLOOR, Patch
 from steadyload.layouts.model.layout import TOLERANCE
 from steadyload.methods import make_method
 from steadyload.methods.contract.method import Finding, NotBatchedError, Seconds
@@ -255,7 +255,7 @@ def test_steps_behind_one_that_fails_are_balanced_as_in_numpy(layouts):
 def test_a_group_is_solved_as_in_numpy(layouts, grow):
     ends = set()
     for layout in layouts:
-        supports, last = find_supports(layout), len(layout) - 1
+        supports, last = layout.supports, len(layout) - 1
         group = supports.joined(last, floor=False)
         patches = [patch for item in group for patch in supports.below[item]]
         found = balance.solve(layout, group, patches, grow)

@@ -8,7 +8,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from piles import wall
 
-from steadyload.layouts.model.contacts import find_supports
 from steadyload.layouts.model.layout import Item, Layout, Pallet
 from steadyload.layouts.packing.packing import random_layouts
 from steadyload.statics.bearing import looks
@@ -25,7 +24,7 @@ def limited(layout, limits):
 
 def borne_at(layout, step):
     """What boxes bear after a step: all that are joined to its box are solved for [kg], by box."""
-    group = find_supports(layout).joined(step)
+    group = layout.supports.joined(step)
     statics = Statics(layout, group)
     forces = statics.least_energy()
     forces = statics.nearest() if forces is None else forces
@@ -90,7 +89,7 @@ def test_loads_in_any_order_are_crushed_where_the_solution_of_every_step_says(se
 
 def test_loads_found_in_passing_are_those_of_every_step():
     layout = wall(8, 9, (1.0, 7.0, 0.3, 2.0, 11.0))
-    supports = find_supports(layout)
+    supports = layout.supports
     contacts = Rectangles(layout, supports)
 
     def begun():

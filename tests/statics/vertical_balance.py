@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from steadyload.core.constants import EDGE, RESIDUE
-from steadyload.layouts.model.contacts import FLOOR, Patch, Supports, find_supports
+from steadyload.layouts.model.contacts import FLOOR, Patch, Supports
 from steadyload.layouts.model.layout import Arrangement, FloatArray
 from steadyload.statics.corners import corner_columns
 from steadyload.statics.least_squares import nonnegative_least_squares
@@ -125,7 +125,7 @@ class VerticalBalance:
     def __init__(self, layout: Arrangement, supports: Supports | None = None) -> None:
         self.solved = 0
         self._layout = layout
-        self._supports = find_supports(layout) if supports is None else supports
+        self._supports = layout.supports if supports is None else supports
         self._weights: list[float] = layout.weights.tolist()
         self._points: list[Point] = [(x, z) for x, _, z in self.centres.tolist()]
         self._bases: list[float] = layout.lower[:, 1].tolist()

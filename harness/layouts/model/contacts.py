@@ -1,4 +1,7 @@
-"""Contacts between items: the geometry that all static methods share."""
+"""Contacts between the items of a layout: the geometry that all static methods share.
+
+A layout has its own, found once: ``layout.contacts``, ``layout.supports``.
+"""
 
 from __future__ import annotations
 
@@ -9,8 +12,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from steadyload.core import whole
 from steadyload.core.constants import FLOOR as FLOOR
-from steadyload.layouts.model.layout import Arrangement, FloatArray
+from steadyload.layouts.model.checks import FloatArray
 
 VERSION = 1
 """Of contacts, supports and layouts that grow: raised when others are found."""
@@ -18,7 +22,9 @@ VERSION = 1
 
 @dataclass(frozen=True, slots=True)
 class Contacts:
-    """Vertical contacts of a whole layout, as arrays: P patches, by the items above, then below.
+    """Vertical contacts of a layout, as arrays: P patches, by the items above, then below.
+
+    Faces are level to within :data:`.TOLERANCE` and share an area.
 
     Attributes:
         on_floor: item stands on the floor with all of its base, shape (J,).
@@ -33,6 +39,12 @@ class Contacts:
     above: NDArray[np.intp]
     corners: FloatArray
 
+    @classmethod
+    def of(cls, found: whole.Contacts) -> Contacts:
+        """The same, as the C library finds them."""
+        above = np.repeat(np.arange(len(found.on_floor)), np.diff(found.starts))
+        return cls(found.on_floor, found.below, above, found.patches)
+
     @property
     def areas(self) -> FloatArray:
         """Of patches [cm2], shape (P,)."""
@@ -46,13 +58,6 @@ class Contacts:
         item = self.below != FLOOR
         found[self.below[item], self.above[item]] = True
         return found
-
-
-def find_contacts(layout: Arrangement) -> Contacts:
-    """All vertical contacts: faces level to within :data:`.TOLERANCE` that share an area."""
-    found = layout.given.contacts()
-    above = np.repeat(np.arange(len(layout)), np.diff(found.starts))
-    return Contacts(found.on_floor, found.below, above, found.patches)
 
 
 class Patch(NamedTuple):
@@ -83,6 +88,17 @@ class Supports:
     below: list[list[Patch]]
     above: list[list[int]]
 
+    @classmethod
+    def of(cls, found: whole.Contacts) -> Supports:
+        """The same, as the C library finds them."""
+        below, corners, above = found.below.tolist(), found.patches.tolist(), found.above.tolist()
+        patches = [
+            [Patch(below[k], j, *corners[k]) for k in range(start, end)]
+            for j, (start, end) in enumerate(pairwise(found.starts.tolist()))
+        ]
+        carried = [above[start:end] for start, end in pairwise(found.above_starts.tolist())]
+        return cls(found.on_floor.tolist(), patches, carried)
+
     def carriers(self, item: int) -> list[int]:
         """The items that an item stands on, in order."""
         return [p.below for p in self.below[item] if p.below != FLOOR]
@@ -102,17 +118,3 @@ class Supports:
                     seen.add(other)
                     todo.append(other)
         return sorted(seen)
-
-
-def find_supports(layout: Arrangement) -> Supports:
-    """All vertical contacts of a layout, as lists."""
-    contacts = layout.given.contacts()
-    starts, above_starts = contacts.starts.tolist(), contacts.above_starts.tolist()
-    below, corners = contacts.below.tolist(), contacts.patches.tolist()
-    above = contacts.above.tolist()
-    patches = [
-        [Patch(below[k], j, *corners[k]) for k in range(start, end)]
-        for j, (start, end) in enumerate(pairwise(starts))
-    ]
-    carried = [above[start:end] for start, end in pairwise(above_starts)]
-    return Supports(contacts.on_floor.tolist(), patches, carried)

@@ -12,7 +12,7 @@ from enum import StrEnum
 
 import numpy as np
 
-from steadyload.layouts.model.contacts import FLOOR, Patch, Supports, find_supports
+from steadyload.layouts.model.contacts import FLOOR, Patch, Supports
 from steadyload.layouts.model.frame import Frame
 from steadyload.layouts.model.layout import TOLERANCE, Layout
 from steadyload.layouts.model.naming import label_in
@@ -126,7 +126,7 @@ def footing(layout: Layout, item: int) -> Footing:
         layout: the plan.
         item: number of the box; those that are loaded after it do not matter.
     """
-    supports = find_supports(layout)
+    supports = layout.supports
     if supports.on_floor[item]:
         return Footing(item, 1.0)
     patches = _carrying(supports, item)
@@ -170,7 +170,7 @@ def gaps(layout: Layout) -> tuple[Gap, ...]:
     Args:
         layout: the plan.
     """
-    supports = find_supports(layout)
+    supports = layout.supports
     return tuple(
         _gap(layout, item)
         for item, on_floor in enumerate(supports.on_floor)

@@ -23,10 +23,9 @@ from steadyload.layouts.model.layout import (
     LayoutError,
     Pallet,
     check_name,
-    outside_error,
-    overlap_error,
     view_on,
 )
+from steadyload.layouts.model.misplaced import outside_error, overlap_error
 
 _AT_ONCE = 100
 """Positions that one call of the C library looks at: between two, a user can interrupt."""

@@ -14,26 +14,24 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from steadyload.core.constants import STATED_TOLERANCE
+from steadyload.core import whole
 from steadyload.core.constants import TOLERANCE as TOLERANCE
 from steadyload.core.whole import Given
 from steadyload.errors import required, required_list
 from steadyload.escaping import shown
 from steadyload.layouts.model.checks import FloatArray as FloatArray
 from steadyload.layouts.model.checks import digest_of, unprintable
+from steadyload.layouts.model.contacts import Contacts, Supports
 from steadyload.layouts.model.floor import Floor, FloorKind
-from steadyload.layouts.model.frame import AxisName, Length, Part
 from steadyload.layouts.model.item import SIDES as SIDES
 from steadyload.layouts.model.item import WEIGHTS as WEIGHTS
 from steadyload.layouts.model.item import Item as Item
 from steadyload.layouts.model.item import LayoutError as LayoutError
 from steadyload.layouts.model.item import Vector as Vector
+from steadyload.layouts.model.misplaced import outside_error, overlap_error
 from steadyload.layouts.model.overlaps import deepest_overlap
 from steadyload.layouts.model.pallet import Pallet as Pallet
 from steadyload.notebook import ShownInNotebook
-
-WITHIN: tuple[Part, ...] = (" (+-", Length(STATED_TOLERANCE, bare=True), ")")
-"""Parts of a message, after lengths: how far off they may be."""
 
 _NO_ITEMS = "has no items; allowed: one or more"
 
@@ -74,6 +72,10 @@ class Arrangement(Protocol):
 
     @property
     def given(self) -> Given:
+        """See :class:`Layout`."""
+
+    @property
+    def supports(self) -> Supports:
         """See :class:`Layout`."""
 
     def __len__(self) -> int: ...
@@ -140,6 +142,11 @@ class Layout(ShownInNotebook):
             f"<Layout {self.name!r}: {boxes}, {self.weights.sum():.6g} kg, on a pallet of "
             f"{width:g} x {depth:g} cm, up to {height:g} cm>"
         )
+
+    def __getstate__(self) -> dict[str, Any]:
+        """The attributes without contacts, which another process finds where it needs them."""
+        found = {"_touching", "contacts", "supports"}
+        return {name: value for name, value in vars(self).items() if name not in found}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         """Arrays that come from another process are read-only as they were there."""
@@ -229,6 +236,20 @@ class Layout(ShownInNotebook):
     def given(self) -> Given:
         """The layout as the C library takes it."""
         return Given(self.lower, self.upper, self.weights, self.mass_offsets, self.floor.corners)
+
+    @cached_property
+    def _touching(self) -> whole.Contacts:
+        return self.given.contacts()
+
+    @cached_property
+    def contacts(self) -> Contacts:
+        """Which items touch which, and where, as arrays."""
+        return Contacts.of(self._touching)
+
+    @cached_property
+    def supports(self) -> Supports:
+        """The same as lists by item, which are not to be changed."""
+        return Supports.of(self._touching)
 
     def on(self, floor: FloorKind | str) -> Layout:
         """The same layout on another kind of floor.
@@ -382,27 +403,3 @@ def view_on(
 def replace_items(layout: Layout, items: tuple[Item, ...]) -> Layout:
     """A layout of the same name, on the same pallet, with other items."""
     return Layout(layout.name, layout.pallet, items)
-
-
-def outside_error(item: Item, pallet: Pallet, axis: int, span: tuple[float, float]) -> LayoutError:
-    """Error message for an item that stands out of the pallet's contour along an axis."""
-    low, high = (corner[axis] for corner in pallet.contour)
-    over: tuple[Part, ...] = (": up to ", Length(pallet.overhang), " over the edge of the deck")
-    parts = ("; allowed: inside the pallet's contour, ", *from_to(low, high), *WITHIN)
-    return LayoutError(
-        "spans ", AxisName(axis), " = ", *from_to(*span), *parts, *(over if low else ()),
-        item=str(item),
-    )  # fmt: skip
-
-
-def overlap_error(item: Item, other: Item, depth: float) -> LayoutError:
-    """Error message for an item that overlaps one placed before it, by a depth [cm]."""
-    return LayoutError(
-        f"overlaps {other} by ", Length(depth), " or more along every axis; allowed: at most ",
-        Length(STATED_TOLERANCE), item=str(item),
-    )  # fmt: skip
-
-
-def from_to(low: float, high: float) -> tuple[Part, ...]:
-    """Parts of a message: from one length [cm] to another."""
-    return (Length(low, bare=True), " to ", Length(high))

@@ -9,7 +9,8 @@ from typing import Literal
 
 from steadyload.layouts.files.record import Record, Refused, to_layout
 from steadyload.layouts.model.frame import AxisName
-from steadyload.layouts.model.layout import TOLERANCE, WITHIN, Layout, LayoutError, Vector, from_to
+from steadyload.layouts.model.layout import TOLERANCE, Layout, LayoutError, Vector
+from steadyload.layouts.model.misplaced import WITHIN, from_to
 from steadyload.layouts.model.naming import box_label
 
 DENSITY = 2e-4

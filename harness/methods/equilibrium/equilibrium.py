@@ -21,7 +21,6 @@ from steadyload.engines.quantities import quantity
 from steadyload.engines.world import GRAVITY
 from steadyload.layouts.model.batch import LayoutBatch
 from steadyload.layouts.model.contacts import VERSION as CONTACTS
-from steadyload.layouts.model.contacts import find_supports
 from steadyload.layouts.model.growing import GrowingLayout
 from steadyload.layouts.model.layout import TOLERANCE, Arrangement, Layout
 from steadyload.methods.contract.declared import MovementLimits, Trait
@@ -267,7 +266,7 @@ class Equilibrium(Method):
         if found.ended == UNDECIDED:
             return self.beyond_work(found.step)
         if found.ended == UNRESOLVED:
-            group = find_supports(layout).joined(found.step, floor=False)
+            group = layout.supports.joined(found.step, floor=False)
             why = f"{unresolved(layout.weights[group])}, or no search for them ended"
             return Finding(status=Status.ERROR, reason=f"step {found.step}: {why}")
         return self._moved(found.step, found.item, found.shift, found.turn)

@@ -13,7 +13,6 @@ from steadyload.core.constants import BALANCED, STANDS
 from steadyload.core.constants import VERSION as CORE
 from steadyload.engines.quantities import quantity
 from steadyload.layouts.model.contacts import VERSION as CONTACTS
-from steadyload.layouts.model.contacts import find_supports
 from steadyload.layouts.model.layout import Layout
 from steadyload.methods.contract.declared import MovementLimits, Trait
 from steadyload.methods.contract.method import (
@@ -149,7 +148,7 @@ class RestingSteps(StepScorer):
 
     def __init__(self, parameters: SettlingParameters, layout: Layout) -> None:
         self._layout, self._margin = layout, parameters.margin
-        self._on_floor = np.array(find_supports(layout).on_floor)
+        self._on_floor = np.array(layout.supports.on_floor)
         self._balance = VerticalBalance(layout, self._margin)
         self._rest = RestPositions(layout, self._margin, parameters.eps_t, parameters.eps_r)
         inside = inset(layout, slice(None)) >= self._margin

@@ -14,7 +14,7 @@ from steadyload.core.library import Finding as Found
 from steadyload.core.library import finding
 from steadyload.engines.quantities import quantity
 from steadyload.layouts.model.batch import LayoutBatch
-from steadyload.layouts.model.contacts import FLOOR, Contacts, find_contacts
+from steadyload.layouts.model.contacts import FLOOR, Contacts
 from steadyload.layouts.model.contacts import VERSION as CONTACTS
 from steadyload.layouts.model.growing import GrowingLayout
 from steadyload.layouts.model.layout import FloatArray, Layout
@@ -62,7 +62,7 @@ class PartialBaseSupport(Method):
 
     def steps(self, layout: Layout, watch: Stopwatch) -> StepScorer:
         """See :meth:`Method.steps`."""
-        return _SupportedSteps(_support(layout, find_contacts(layout)), 1.0 - self._alpha)
+        return _SupportedSteps(_support(layout, layout.contacts), 1.0 - self._alpha)
 
     def _judge(self, layout: Layout, watch: Stopwatch) -> Finding:
         found = layout.given.judge(SUPPORTED, self._alpha)

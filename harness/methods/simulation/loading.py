@@ -9,7 +9,6 @@ import numpy as np
 
 from steadyload.engines.registry import world_class
 from steadyload.engines.world import Box
-from steadyload.layouts.model.contacts import Supports, find_supports
 from steadyload.layouts.model.floor import INFINITE
 from steadyload.layouts.model.growing import GrowingLayout
 from steadyload.layouts.model.layout import Arrangement, Layout
@@ -92,7 +91,7 @@ class Loading(Placements):
                 return self.among_all(step)
             if scope is Scope.MOVING:
                 return self._moving.place(step, self)
-            supports = self._supports
+            supports = self.layout.supports
             group = np.array(supports.joined(step))
             if scope is Scope.LOCAL:
                 reach = _reach(self.layout, group, self.parameters)
@@ -109,10 +108,6 @@ class Loading(Placements):
             return _reach(self.layout, items, self.parameters)
 
         return MovingItems(self.layout, reach, self.parameters.balance_margin, self.across)
-
-    @cached_property
-    def _supports(self) -> Supports:
-        return find_supports(self.layout)
 
 
 class GrowingLoading:

@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from steadyload.layouts.model.contacts import find_supports
 from steadyload.layouts.model.item import Item
 from steadyload.layouts.model.layout import Arrangement, Layout
 from steadyload.statics.bearing.crushed import Crushed
@@ -33,7 +32,7 @@ def first_crushed(
     from steadyload.statics.bearing.looks import Looks, Passing, Standing
 
     kept = layout.with_floor_kept()
-    looks = Looks(kept, layout.items, find_supports(kept), check_time)
+    looks = Looks(kept, layout.items, kept.supports, check_time)
     standing = Standing(layout.items, looks.supports)
     passing = Passing(looks)
     for step in range(items_placed(before, len(layout))):
@@ -64,7 +63,7 @@ def crushed_by_now(
         return None
     from steadyload.statics.bearing.looks import Looks
 
-    looks, last = Looks(layout, items, find_supports(layout), check_time), len(items) - 1
+    looks, last = Looks(layout, items, layout.supports, check_time), len(items) - 1
     group = looks.supports.joined(last)
     return looks.crushed_at(last, np.array(group), looks.suspects(group, last))
 

@@ -18,7 +18,7 @@ from scipy.sparse import block_array, csc_array, diags_array, eye_array
 
 from steadyload.core.constants import EDGE
 from steadyload.core.forces import least_squares
-from steadyload.layouts.model.contacts import FLOOR, Supports, find_supports
+from steadyload.layouts.model.contacts import FLOOR, Supports
 from steadyload.layouts.model.layout import Arrangement, FloatArray
 from steadyload.statics.bearing.pressing import Corners
 from steadyload.statics.cones import is_solved, solve_cones
@@ -84,7 +84,7 @@ class Rectangles:
     @classmethod
     def of(cls, layout: Arrangement) -> Rectangles:
         """Those of a layout whose supports nobody has yet."""
-        return cls(layout, find_supports(layout))
+        return cls(layout, layout.supports)
 
     def among(
         self, items: NDArray[np.int64], count: int

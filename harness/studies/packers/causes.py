@@ -5,7 +5,6 @@ from __future__ import annotations
 from enum import StrEnum
 
 from steadyload.core.constants import FAILS
-from steadyload.layouts.model.contacts import find_supports
 from steadyload.layouts.model.footing import gaps, largest
 from steadyload.layouts.model.layout import Layout
 from steadyload.statics.balance import solve
@@ -28,7 +27,7 @@ class Cause(StrEnum):
 def cause_of(layout: Layout, step: int) -> Cause:
     """The cause of a failure."""
     loaded = layout.first(step + 1)
-    supports = find_supports(loaded)
+    supports = loaded.supports
     if supports.on_floor[step]:
         return Cause.BALANCED
     below = supports.below[step]
