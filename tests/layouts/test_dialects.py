@@ -213,6 +213,38 @@ def test_columns_that_are_not_known_are_left_out_on_request(tmp_path):
     assert_equal(read(tmp_path, text, other_columns="ignore"), read(tmp_path, PLAIN))
 
 
+@pytest.mark.parametrize("separator", [";", ",", "\t"])
+@pytest.mark.parametrize("end", ["\n", "\r\n"])
+def test_a_separator_at_the_end_of_each_line_is_no_column(tmp_path, separator, end):
+    rows = PLAIN.replace(",", separator).splitlines()
+    ended = separator + end
+    found = read(tmp_path, ended.join(rows) + ended)
+    assert_equal(found, read(tmp_path, PLAIN))
+    (tmp_path / "both.csv").write_text(ended.join(rows) + ended)
+    assert_equal(list(read_batch(tmp_path / "both.csv")), found)
+
+
+def test_a_value_in_a_column_without_a_header_is_named(tmp_path):
+    first, second, *rest = PLAIN.splitlines()
+    text = "\n".join([f"{first},", f"{second},", *(f"{row},5" for row in rest)])
+    with pytest.raises(FormatError, match="line 3 has the value '5' in a column without a header"):
+        read(tmp_path, text)
+    assert_equal(read(tmp_path, text, other_columns="ignore"), read(tmp_path, PLAIN))
+
+
+@pytest.mark.parametrize("count", [2, 8, 9, 30])
+def test_unknown_columns_are_named_together(tmp_path, count):
+    names = [f"col{chr(97 + k // 26)}{chr(97 + k % 26)}" for k in range(count - 1)] + ["wieght"]
+    header, *rows = PLAIN.splitlines()
+    text = "\n".join([",".join([header, *reversed(names)]), *(row + count * ",1" for row in rows)])
+    with pytest.raises(FormatError) as told:
+        read(tmp_path, text)
+    said = str(told.value)
+    assert "has the unknown CSV columns 'wieght' (did you mean 'weight'?), 'col" in said
+    assert said.count("'col") == min(count, 8) - 1
+    assert (f" and {count - 8} more; allowed: " in said) == (count > 8)
+
+
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [

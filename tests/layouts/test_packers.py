@@ -259,7 +259,7 @@ def test_units_are_told_of_a_certificate_and_nothing_else_of_a_dialect(tmp_path)
 @pytest.mark.parametrize(
     ("before", "after", "message"),
     [
-        ("COPIES,", "", "has the unknown CSV column 'TYPE'"),
+        ("COPIES,", "", "has the unknown CSV columns 'TYPE', "),
         (",LZ", ",L", "has no column LZ"),
         ("BIN,0,2", "BIN,0,1000000000", "line 2 has COPIES 1000000000; allowed: 1 to 10,000"),
         ("BIN,0,2", "CUT,0,2", "line 2 has TYPE 'CUT'; allowed: BIN, STACK, ITEM"),

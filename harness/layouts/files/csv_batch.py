@@ -72,6 +72,8 @@ def batch_of_csv(
         if columns.load != (None, None):
             return None
         cells = _cells(memoryview(content)[end:], separator, columns.count)
+        if columns.trailing is not None and any(cells[columns.trailing].unique().to_pylist()):
+            return None
         batch = _batch(cells, columns, deck)
     except (pa.ArrowException, LayoutError, ValueError):
         return None

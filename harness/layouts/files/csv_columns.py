@@ -32,6 +32,9 @@ _TURNING = re.compile(
 _NOT_TURNED = ("", "no", "false", "nein")
 """Cells of such a column for a box that is not turned, beside zero."""
 
+_NAMED = 8
+"""Unknown columns that a message names at most."""
+
 _HINT = "; name columns of your own with --columns or in a profile"
 
 
@@ -50,6 +53,8 @@ class Columns:
         load: place of the load that a box may bear, and that of the same a square metre; None
             where it is not given.
         turning: places and headers of those left out that probably state how a box is turned.
+        trailing: place of a last column without a header and without values, such as a separator
+            at the end of each line makes; None where there is none.
     """
 
     count: int
@@ -63,6 +68,7 @@ class Columns:
     offset: tuple[int | None, ...]
     load: tuple[int | None, ...]
     turning: Mapping[int, str]
+    trailing: int | None = None
 
 
 def separator_of(header: str, dialect: Dialect) -> str | None:
@@ -117,6 +123,9 @@ def find_columns(header: Sequence[str], dialect: Dialect) -> Columns:
             for place, name in enumerate(header)
             if place not in places.values() and _is_of_turning(name)
         },
+        trailing=(
+            len(header) - 1 if not header[-1] and dialect.other_columns == "refuse" else None
+        ),
     )
 
 
@@ -151,22 +160,26 @@ def _places(header: Sequence[str], dialect: Dialect) -> dict[str, int]:
                 f"{_nearest(column, header, known)}"
             )
     places: dict[str, int] = {}
+    unknown: list[str] = []
     for index, (name, word) in enumerate(zip(header, words, strict=True)):
         if word is None:
-            if dialect.other_columns == "refuse":
-                raise _left_over(name, dialect)
+            if name or index < len(header) - 1:
+                unknown.append(name)
         elif word in places:
             raise _twice(header[places[word]], name, word)
         else:
             places[word] = index
+    if unknown and dialect.other_columns == "refuse":
+        raise _left_over(unknown, dialect)
     return places
 
 
-def _left_over(name: str, dialect: Dialect) -> FormatError:
-    """The error of a column that stands for nothing."""
+def _left_over(names: Sequence[str], dialect: Dialect) -> FormatError:
+    """The error of columns that stand for nothing."""
+    name = next((name for name in names if _word(name, {})), "")
     word = _word(name, {})
     if word is None:
-        return _unknown(name)
+        return _unknown(names)
     return FormatError(
         f"has two CSV columns for {word}, {shown(dialect.columns[word])}, as it is named, and "
         f"{shown(name)}; allowed: one, or leave out the other with --other-columns ignore"
@@ -192,19 +205,29 @@ def _sides(places: Mapping[str, int], prefix: str, dialect: Dialect) -> tuple[st
     return ("width", "depth", "height") if depth else ("length", "width", "height")
 
 
-def _unknown(name: str) -> FormatError:
-    mixed = next((mark for mark in SEPARATORS if mark in name), None)
-    if mixed is not None:
-        return FormatError(
-            f"has the CSV header {shown(name)}, with a {mixed!r} in it; allowed: one separator of "
-            "columns in the whole file, ',', ';' or a tab"
-        )
-    close = difflib.get_close_matches(name[:80].casefold(), (*WORDS, *_SAME), n=1)
-    hint = f"did you mean {close[0]!r}? " if close else ""
+def _unknown(names: Sequence[str]) -> FormatError:
+    for name in names:
+        mixed = next((mark for mark in SEPARATORS if mark in name), None)
+        if mixed is not None:
+            return FormatError(
+                f"has the CSV header {shown(name)}, with a {mixed!r} in it; allowed: one separator "
+                "of columns in the whole file, ',', ';' or a tab"
+            )
+    told = ", ".join(shown(name) + _meant(name, len(names)) for name in names[:_NAMED])
+    more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
+    columns = f"columns {told}{more}; " if len(names) > 1 else f"column {told}"
     return FormatError(
-        f"has the unknown CSV column {shown(name)}; {hint}allowed: {', '.join(WORDS)}{_HINT}, or "
-        "leave them out with --other-columns ignore"
+        f"has the unknown CSV {columns}allowed: {', '.join(WORDS)}{_HINT}, or leave them out with "
+        "--other-columns ignore"
     )
+
+
+def _meant(name: str, count: int) -> str:
+    """The word that a header probably means, beside one column or several."""
+    close = difflib.get_close_matches(name[:80].casefold(), (*WORDS, *_SAME), n=1)
+    if count > 1:
+        return f" (did you mean {close[0]!r}?)" if close else ""
+    return f"; did you mean {close[0]!r}? " if close else "; "
 
 
 def _twice(first: str, second: str, word: str) -> FormatError:

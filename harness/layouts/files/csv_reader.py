@@ -24,7 +24,7 @@ from steadyload.layouts.files.csv_columns import (
 )
 from steadyload.layouts.files.dialect import LOADS, Dialect, sides_of
 from steadyload.layouts.files.limits import MAX_ITEMS, MAX_LAYOUTS, MAX_TEXT_LENGTH
-from steadyload.layouts.files.record import FormatError, Record, Refused
+from steadyload.layouts.files.record import FormatError, Record, Refused, shown
 from steadyload.layouts.files.sources import decoded
 from steadyload.layouts.model.layout import LayoutError
 from steadyload.layouts.model.units import UNITS, WEIGHT_UNITS
@@ -212,6 +212,12 @@ class _Rows:
             raise FormatError(
                 f"line {line} has {len(row)} values; allowed: {self.columns.count}, as the header "
                 f"says{hint}"
+            )
+        trailing = self.columns.trailing
+        if trailing is not None and row[trailing].strip():
+            raise FormatError(
+                f"line {line} has the value {shown(row[trailing])} in a column without a header; "
+                "allowed: a header for each column with values"
             )
         longest = max(map(len, row))
         if longest > MAX_TEXT_LENGTH:
