@@ -2,6 +2,7 @@
 
 import gzip
 import io
+import logging
 import pickle
 import re
 import time
@@ -487,11 +488,27 @@ def test_a_file_that_is_packed_or_of_another_encoding_is_told_so(tmp_path, packe
     assert f"is {kind}; allowed: steadyload JSON, CSV" in str(refusal.value)
 
 
+@pytest.mark.parametrize("blank", [0, 200_000])
+def test_text_of_windows_is_read_and_said(tmp_path, caplog, blank):
+    path, rows = tmp_path / "a.csv", PLAIN.replace("SKU", "Kühl-€")
+    text = rows.replace("\n", "\n" + blank * "\n", 1)
+    with caplog.at_level(logging.WARNING):
+        path.write_bytes(text.encode("cp1252"))
+        found = read_layouts(path)
+        assert caplog.messages == [f"{path}: is no UTF-8 text, and is read as Windows-1252"]
+        caplog.clear()
+        assert_equal(list(read_batch(path)), found)
+        path.write_text(text)
+        assert_equal(read_layouts(path), found)
+    assert found[0].items[0].name.startswith("Kühl-€")
+    assert len(caplog.messages) <= 1
+
+
 def test_text_of_another_encoding_is_refused_at_its_byte(tmp_path):
     path = tmp_path / "a.csv"
     for before in (PLAIN.encode(), PLAIN.encode() + b"\n" * 200_000):
-        path.write_bytes(before + "P-1,Höhe".encode("cp1252"))
-        with pytest.raises(FormatError, match=rf"byte {len(before) + 5}\b"):
+        path.write_bytes(before + b"P-1,H\x81he")
+        with pytest.raises(FormatError, match=rf"not UTF-8 text .byte {len(before) + 5}\b"):
             read_layouts(path)
 
 

@@ -265,6 +265,18 @@ def test_cells_keep_quotes_and_spaces_and_new_decimals_have_the_mark_of_the_file
     assert target.read_text() == expected
 
 
+def test_a_file_of_windows_is_written_back_as_one(tmp_path):
+    source, target = tmp_path / "in.csv", tmp_path / "out.csv"
+    text = SHIPPED.replace("P;", "Käfig;")
+    source.write_bytes(text.encode("cp1252"))
+    (plan, *_) = read_layouts(source, dialect=MILLIMETRES)
+    assert plan.name == "Käfig"
+    moved = {1: (plan.items[1].position[0], 0.0, 45.0)}
+    rewrite(Content.of(source), target, {plan.name: replan(plan, moved=moved)}, dialect=MILLIMETRES)
+    assert target.read_bytes().decode("cp1252").count("Käfig") == text.count("Käfig")
+    assert read_layouts(target, dialect=MILLIMETRES)[0].items[1].position == moved[1]
+
+
 def test_new_numbers_have_no_fewer_decimals_than_those_before(tmp_path):
     source, target = tmp_path / "in.csv", tmp_path / "out.csv"
     text = SHIPPED.replace("400; 0 ;0", "400.000;0.00;0.0")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import logging
 import re
 from codecs import BOM_UTF8
 from collections import Counter
@@ -52,6 +53,11 @@ CSV_COLUMNS = (
 _SEPARATOR_LINE = re.compile(r"sep=([;,\t]?)")
 """First line by which a spreadsheet is told the separator."""
 
+WINDOWS = "cp1252"
+"""The encoding of CSV files of Excel in Western Europe."""
+
+_log = logging.getLogger("steadyload")
+
 _CHUNK = 1 << 16
 """Bytes that are split into lines at a time."""
 
@@ -75,6 +81,8 @@ def read_csv(
     the second one holds one layout at a time. A column left out that states how boxes are turned is
     told as a warning that names the ``file``; None for no warning.
     """
+    if file is not None and encoding_of(content) == WINDOWS:
+        _log.warning("%s: is no UTF-8 text, and is read as Windows-1252", file)
     separator, header, rows = opened(content, dialect)
     columns = find_columns(header, dialect)
     turning = dict(columns.turning) if file is not None else {}
@@ -180,15 +188,43 @@ def _checked(reader: Any, before: int) -> Iterator[tuple[int, list[str]]]:
         raise FormatError(f"line {before + reader.line_num} is not CSV ({said})") from None
 
 
-def _lines(content: bytes | bytearray) -> Iterator[str]:
-    """The lines of a text that ends them by either character, without a copy of the whole."""
+def encoding_of(content: bytes | bytearray) -> str:
+    """UTF-8, or Windows-1252 for what is none and decodes cleanly so, as Excel's plain CSV does.
+
+    Raises:
+        FormatError: it is neither; the message says at which byte it is no UTF-8.
+    """
+    try:
+        for start, part in _parts(content):
+            decoded(part, start)
+    except FormatError:
+        try:
+            for _, part in _parts(content):
+                part.decode(WINDOWS)
+        except UnicodeDecodeError:
+            pass
+        else:
+            return WINDOWS
+        raise
+    return "utf-8"
+
+
+def _parts(content: bytes | bytearray) -> Iterator[tuple[int, bytes | bytearray]]:
+    """Whole lines of a text, where each part begins: no copy of the whole is made."""
     start = len(BOM_UTF8) if content.startswith(BOM_UTF8) else 0
     while start < len(content):
         end = content.find(b"\n", start + _CHUNK) + 1 or len(content)
-        text = decoded(content[start:end], start).replace("\r\n", "\n").replace("\r", "\n")
+        yield start, content[start:end]
+        start = end
+
+
+def _lines(content: bytes | bytearray) -> Iterator[str]:
+    """The lines of a text that ends them by either character."""
+    encoding = encoding_of(content)
+    for _, part in _parts(content):
+        text = part.decode(encoding).replace("\r\n", "\n").replace("\r", "\n")
         for line in text.removesuffix("\n").split("\n"):
             yield line + "\n"
-        start = end
 
 
 @dataclass

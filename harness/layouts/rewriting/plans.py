@@ -10,10 +10,11 @@ from pathlib import Path
 from typing import Unpack
 
 from steadyload.atomic import write_atomically
+from steadyload.layouts.files.csv_reader import encoding_of
 from steadyload.layouts.files.dialect import Dialect
 from steadyload.layouts.files.parquet_footer import is_parquet
 from steadyload.layouts.files.record import FormatError, Record, Refused, shown, to_layout
-from steadyload.layouts.files.sources import Content, decoded, source_name
+from steadyload.layouts.files.sources import Content, source_name
 from steadyload.layouts.formats import (
     HEAD_BYTES,
     Format,
@@ -86,10 +87,11 @@ def _rewritten(content: bytes, changed: Mapping[str, Replanned], reading: Readin
     for name in changed:
         if name not in valid:
             raise FormatError(f"has no layout {shown(name)} to change; allowed: {', '.join(valid)}")
-    whole = decoded(content)
+    encoding = encoding_of(content)  # other formats than CSV are UTF-8
+    whole = content.decode(encoding)
     text = whole.removeprefix(_BOM)
     edits = _edits(text, records, valid, changed, dialect)
-    after = (whole[: len(whole) - len(text)] + applied(text, edits)).encode()
+    after = (whole[: len(whole) - len(text)] + applied(text, edits)).encode(encoding)
     read = records_of(io.BytesIO(after), dialect, None)
     for old, new in zip_longest(records, read):
         if old is None or new is None or old.name != new.name:
