@@ -1,8 +1,10 @@
 """Values that callers give and that mean nothing: each is refused in one short sentence."""
 
 import io
+import json
 import math
 from importlib import metadata
+from types import MappingProxyType
 
 import numpy as np
 import pytest
@@ -13,7 +15,7 @@ from steadyload.errors import UserError
 from steadyload.layouts.files.parquet_layouts import as_parquet
 from steadyload.layouts.formats import Format, write_layouts
 from steadyload.layouts.model.snapping import snap
-from steadyload.layouts.writers import as_native
+from steadyload.layouts.writers import as_job, as_native
 from steadyload.transport.history import constant
 from steadyload.transport.limits import limits
 from steadyload.transport.trials import under_history
@@ -228,6 +230,18 @@ def test_bytes_and_open_files_are_read_as_files_are(read, file):
     with pytest.raises(UserError, match=r"^the given bytes: holds no layouts; allowed"):
         read(content.partition(b"[")[0] + b"[]}")
     assert len(read(io.BytesIO(as_parquet_bytes()))) == 1
+
+
+@pytest.mark.parametrize("read", [sl.read, sl.read_batch])
+@pytest.mark.parametrize("written", [as_native, as_job])
+def test_a_mapping_is_read_as_the_json_file_that_has_it(read, written):
+    content = json.loads("".join(written([LAYOUT])))
+    for given in (content, MappingProxyType(content)):
+        [layout] = read(given)
+        assert layout.content_hash() == LAYOUT.content_hash()
+    assert refused(lambda: read({})).startswith("the given mapping: is JSON of another kind; ")
+    told = refused(lambda: read({**content, "more": object()}))
+    assert told.startswith("the given mapping: has what JSON has not")
 
 
 def as_parquet_bytes():

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import io
+import json
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from os import PathLike
 from pathlib import Path
-from typing import BinaryIO, Self
+from typing import Any, BinaryIO, Self
 
 from steadyload.errors import UserError, required
-from steadyload.escaping import sentence
+from steadyload.escaping import printable, sentence
 from steadyload.layouts.files.limits import MAX_FILE_BYTES, MAX_STREAM_BYTES
 from steadyload.layouts.files.record import FormatError
 from steadyload.reading import naming, size_of
@@ -22,8 +23,8 @@ _CHUNK = 1024**2
 STANDARD_INPUT = "-"
 """Stands for standard input where a file is named."""
 
-_GIVEN = "the given bytes"
-"""Name of a content without a file, in messages."""
+_GIVEN, _GIVEN_MAPPING = "the given bytes", "the given mapping"
+"""Names of contents without a file, in messages."""
 
 
 class _NamingError(OSError, UserError):
@@ -85,8 +86,9 @@ class Content:
         return self.path
 
 
-File = str | PathLike[str] | bytes | BinaryIO | Content
-"""What a caller may give to be read: a path, bytes, or a file that is open to be read as bytes."""
+File = str | PathLike[str] | bytes | BinaryIO | Mapping[str, Any] | Content
+"""What a caller may give to be read: a path, bytes, a file that is open to be read as bytes, or a
+mapping with the content of a JSON file."""
 
 Source = str | Path | Content
 """What layouts are read from: the path of a file, ``-`` for standard input, or bytes."""
@@ -97,7 +99,7 @@ def source_of(given: File) -> Source:
 
     Args:
         given: a path, ``-`` for standard input, the bytes themselves, or a file that is open to be
-            read as bytes, of which the rest is read.
+            read as bytes, of which the rest is read; or the parsed content of a JSON file.
 
     Raises:
         WrongTypeError: it is nothing of these.
@@ -109,12 +111,32 @@ def source_of(given: File) -> Source:
         return Path(given)
     if isinstance(given, bytes | bytearray | memoryview):
         return Content(_GIVEN, bytes(given))
+    if isinstance(given, Mapping):
+        return Content(_GIVEN_MAPPING, _as_json(given))
     content = given.read(MAX_FILE_BYTES + 1) if hasattr(given, "read") else given
-    allowed = "a path, bytes, or a file opened to be read as bytes"
+    allowed = "a path, bytes, a file opened to be read as bytes, or a mapping as in a JSON file"
     found = required("the file to read", content, bytes, allowed)
     if len(found) > MAX_FILE_BYTES:
         raise _too_large(MAX_FILE_BYTES)
     return Content(_GIVEN, found)
+
+
+def _as_json(given: Mapping[str, Any]) -> bytes:
+    """A mapping as the JSON file that has it.
+
+    Raises:
+        FormatError: it has what JSON has not, or more than is read.
+    """
+    try:
+        text = json.dumps(given, default=dict).encode()
+    except (TypeError, ValueError, RecursionError) as error:
+        raise FormatError(
+            f"has what JSON has not ({printable(str(error))}); allowed: mappings, lists, texts, "
+            "numbers, True, False and None"
+        ).located(file=_GIVEN_MAPPING) from None
+    if len(text) > MAX_FILE_BYTES:
+        raise _too_large(MAX_FILE_BYTES)
+    return text
 
 
 def source_name(source: Source) -> str:
