@@ -10,6 +10,7 @@ from __future__ import annotations
 import io
 import logging
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping
+from dataclasses import replace
 from enum import StrEnum
 from functools import partial
 from itertools import chain
@@ -25,6 +26,7 @@ from steadyload.layouts.files.limits import MAX_FILE_BYTES, MAX_VALUE_LENGTH, MA
 from steadyload.layouts.files.parquet_footer import is_parquet
 from steadyload.layouts.files.record import FormatError, Record, Refused, to_layout
 from steadyload.layouts.files.sources import (
+    Content,
     File,
     Source,
     decoded,
@@ -172,7 +174,7 @@ def scan_batches(
     file, (dialect, deck, snap_gap) = source_name(source), resolved(reading)
     frame = Frame.of(dialect)
     names = DistinctNames()
-    doubt = ""
+    doubt, tried = "", False
 
     def doubted(told: str) -> str:
         if told:
@@ -195,12 +197,32 @@ def scan_batches(
                 doubt = doubt or doubted(implausible(layout, frame))
                 yield snap(layout, snap_gap) if snap_gap > 0.0 else layout
             except LayoutError as error:
+                if not tried and isinstance(record, Record):
+                    tried = True
+                    if _is_valid_with_z_up(source, dialect, deck, record.name):
+                        error = error.adding("; did you mean --up z?")
                 told = error.framed(frame).located(file=file, layout=record.name)
                 yield Refused(record.name, told)
         if not names:
             raise FormatError("holds no layouts; allowed: one or more")
     except LayoutError as error:
         raise error.located(file=file) from None
+
+
+def _is_valid_with_z_up(
+    source: Source, dialect: Dialect, deck: Mapping[str, Any], name: str
+) -> bool:
+    """Whether a layout that is not valid in a CSV file would be so if z pointed up there."""
+    if dialect.up != "y" or not (isinstance(source, Content) or Path(source).is_file()):
+        return False  # it can be read only once
+    try:
+        with opened_source(source) as file:
+            for record in records_of(file, replace(dialect, up="z"), None):
+                if record.name == name:
+                    return isinstance(record, Record) and len(to_layout(record, **deck)) > 0
+    except LayoutError:  # no CSV file, or not valid so, either
+        pass
+    return False
 
 
 def detect_format(head: str, dialect: Dialect | None = None) -> Format | None:

@@ -488,6 +488,36 @@ def test_a_file_that_is_packed_or_of_another_encoding_is_told_so(tmp_path, packe
     assert f"is {kind}; allowed: steadyload JSON, CSV" in str(refusal.value)
 
 
+UPRIGHT = """\
+layout,pallet_length,pallet_width,pallet_height,sequence,item,x,y,z,length,width,height,weight
+A,120,80,180,0,a,0,0,0,40,60,30,10
+A,120,80,180,1,b,0,0,30,40,60,130,10
+"""
+"""Boxes on each other, with z up: with y up they overlap."""
+
+
+@pytest.mark.parametrize("sides", [("length", "width"), ("width", "depth")])
+def test_where_z_is_up_a_refusal_asks_for_it_once(tmp_path, sides):
+    header, rows = UPRIGHT.split("\n", 1)
+    header = header.replace("width", sides[1]).replace("length", sides[0])
+    text = "\n".join([header, rows + rows.replace("A,", "B,")])
+    path = write(tmp_path / "file.csv", text)
+    told = [str(entry.error) for entry in scan_layouts(path)]
+    assert len(told) == 2
+    assert told[0].endswith("allowed: at most 0.01 cm; did you mean --up z?")
+    assert told[1].endswith("allowed: at most 0.01 cm")
+    assert [len(layout) for layout in read(tmp_path, text, up="z")] == [2, 2]
+
+
+def test_where_no_axis_helps_none_is_asked_for(tmp_path):
+    with pytest.raises(LayoutError) as told:
+        read(tmp_path, UPRIGHT.replace("0,0,30", "0,0,29"))
+    assert "did you mean" not in str(told.value)
+    with pytest.raises(LayoutError) as told:
+        read(tmp_path, UPRIGHT.replace("0,0,30", "0,0,29"), up="z")
+    assert "did you mean" not in str(told.value)
+
+
 @pytest.mark.parametrize("blank", [0, 200_000])
 def test_text_of_windows_is_read_and_said(tmp_path, caplog, blank):
     path, rows = tmp_path / "a.csv", PLAIN.replace("SKU", "Kühl-€")

@@ -478,7 +478,5 @@ def test_aclpp_cannot_be_written(tmp_path, layouts):
 
 @pytest.mark.parametrize("given", [17, io.StringIO("text"), None])
 def test_what_is_no_file_is_refused_by_what_is_allowed(given):
-    with pytest.raises(
-        TypeError, match=r"the file to read is .*; allowed: a path, bytes, or a file"
-    ):
+    with pytest.raises(TypeError, match=r"the file to read is .*; allowed: a path, bytes, a file"):
         list(read_layouts(given))

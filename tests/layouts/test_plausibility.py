@@ -67,12 +67,10 @@ def test_no_shipped_set_is_spoken_of(name):
     assert [told for k in range(0, len(batch), 7) if (told := implausible(batch[k]))] == []
 
 
-@pytest.mark.parametrize("pattern", ["pallets/*.json", "aclpp/*.yaml"])
-def test_no_real_file_is_spoken_of(pattern, caplog):
-    files = sorted(SHARED.glob(pattern))
-    if not files:
-        pytest.skip("the data are not beside the project (../shared/data)")
-    for file in files[:6]:
+@pytest.mark.parametrize("data", ["customers_pallets", "aclpp_files"])
+def test_no_real_file_is_spoken_of(data, caplog, request):
+    files = request.getfixturevalue(data)
+    for file in files[:6] if data == "aclpp_files" else [files]:
         assert any(isinstance(entry, Layout) for entry in scan_layouts(file))
     assert caplog.messages == []
 

@@ -75,6 +75,13 @@ class LayoutError(UserError):
             *self.parts, file=self.file, layout=self.layout, item=self.item, frame=frame
         )
 
+    def adding(self, *parts: Part) -> LayoutError:
+        """The same error with more at its end."""
+        return type(self)(
+            *self.parts, *parts, file=self.file, layout=self.layout, item=self.item,
+            frame=self.frame,
+        )  # fmt: skip
+
     def __str__(self) -> str:
         places = [self.file]
         places.append(f'layout "{printable(self.layout, SHOWN)}"' if self.layout else None)
