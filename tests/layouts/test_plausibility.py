@@ -1,7 +1,6 @@
 """Units that were probably read wrong are told once a file; layouts of real size never are."""
 
 import logging
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,7 +15,6 @@ from steadyload.layouts.formats import Format, read_layouts, scan_layouts, write
 from steadyload.layouts.model.layout import Item, Layout, Pallet
 from steadyload.layouts.model.plausibility import implausible
 
-SHARED = Path(__file__).resolve().parents[3] / "shared" / "data"
 HEADER = "layout,pallet_width,pallet_height,pallet_depth,sequence,x,y,z,width,height,depth,weight"
 ROWS = [f"PAL-{k},1200,1800,800,0,0,0,0,400,300,300,6500" for k in range(3)]
 

@@ -6,7 +6,6 @@ import json
 import math
 from dataclasses import replace
 from decimal import Context, Decimal
-from pathlib import Path
 
 import pytest
 import yaml
@@ -22,7 +21,6 @@ from steadyload.layouts.rewriting import Replanned, rewrite
 from steadyload.layouts.rewriting import plans as plans_module
 from steadyload.layouts.rewriting.edits import Edit, Span
 
-DATA = Path(__file__).resolve().parents[3] / "shared" / "data"
 DIGITS = Context(prec=30)
 CELL = 100.0
 """Side of the square that a box may move and turn in [cm]."""
@@ -773,11 +771,8 @@ def test_a_layout_that_is_not_valid_stays_as_it_is(tmp_path):
 
 
 @pytest.mark.parametrize("kind", [Format.NATIVE, Format.CSV, Format.JOB])
-def test_a_real_pallet_is_changed_in_every_format(tmp_path, kind):
-    pallets = DATA / "pallets" / "pallets.json"
-    if not pallets.is_file():
-        pytest.skip("needs the pallets of shared data")
-    real = read_layouts(pallets)[:3]
+def test_a_real_pallet_is_changed_in_every_format(tmp_path, kind, customers_pallets):
+    real = read_layouts(customers_pallets)[:3]
     source, target = tmp_path / "in", tmp_path / "out"
     write_layouts(source, real, kind)
     count = len(real[1])
@@ -789,10 +784,8 @@ def test_a_real_pallet_is_changed_in_every_format(tmp_path, kind):
     assert len(target.read_bytes()) == len(other.read_bytes())
 
 
-def test_a_real_schedule_is_changed(tmp_path):
-    schedule = DATA / "aclpp" / "LH8368-25NOV15-FRA-BOM.schedule.yaml"
-    if not schedule.is_file():
-        pytest.skip("needs the schedules of shared data")
+def test_a_real_schedule_is_changed(tmp_path, aclpp_files):
+    [schedule] = [file for file in aclpp_files if file.name.startswith("LH8368-25NOV15-FRA-BOM")]
     some = read_layouts(schedule)
     target = tmp_path / "out.yaml"
     rewrite(Content.of(schedule), target, {layout.name: replan(layout) for layout in some})
