@@ -227,7 +227,10 @@ def _write_shards(table: pa.Table, work: Path, file: Path) -> None:
     keys = table["shard"].unique().to_pylist()
     if not known.issuperset(table["run"].unique().to_pylist()) or not all(map(_is_key, keys)):
         raise _damaged(file)
-    tidy.write_shards(table, work)
+    try:
+        tidy.write_shards(table, work)
+    except pa.ArrowException:  # a shard has no row without what a verdict must have
+        raise _damaged(file) from None
 
 
 def _is_key(found: str | None) -> bool:

@@ -124,7 +124,8 @@ def harmed(content, table):
 
     def other(column, value, files=beside):
         place = table.schema.names.index(column)
-        changed = table.set_column(place, column, pa.array([value] * len(table)))
+        values = pa.array([value] * len(table), table.schema.field(column).type)
+        changed = table.set_column(place, column, values)
         return tidy.content(changed, files=files)
 
     return {
@@ -136,6 +137,8 @@ def harmed(content, table):
         "a run that is not there": other("run", "other"),
         "a shard that leads elsewhere": other("shard", "../x"),
         "no key": other("shard", None),
+        "no scenario": other("scenario", None),
+        "no substeps": other("substeps", None),
     }
 
 

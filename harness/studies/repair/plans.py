@@ -90,9 +90,7 @@ class AllTried:
 
 
 def plans_by_label(benchmark: Benchmark) -> tuple[list[Plan], list[Plan], int]:
-    """Plans of scenario S1 that fail, those that stand, the smallest first, and how many have a
-    label.
-    """
+    """Plans of S1 that fail, those that stand, the smallest first, and how many have a label."""
     plans = plans_of(benchmark)
     main = plans[(plans["scenario"] == str(Scenario.S1)) & plans["is_known"]]
     fails = (main["settled"] & ~main["stands"]) | (main["labelled"] & ~main["within"])
