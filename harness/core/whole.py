@@ -20,6 +20,11 @@ from steadyload.core.library import (
     work,
 )
 
+FAULT = np.dtype(
+    [("layout", "i4"), ("ended", "i4"), ("item", "i4"), ("other", "i4"), ("number", "f8")]
+)
+"""``sl_fault``."""
+
 
 class Given:
     """A layout whose arrays are as C takes them, which is looked at once.
@@ -113,11 +118,7 @@ class GivenMany:
         boxes, *arrays = _boxes(lower, upper, weights, offsets)
         self.count = count_of("starts", starts) - 1
         of_floors = array("floors", floors, self.count, 5)
-        if self.count < 0 or starts.min() < 0 or starts.max() > boxes:
-            raise RefusedError("starts of layouts go beyond the boxes")
-        whole = np.ascontiguousarray(starts, np.int32)
-        if (np.diff(whole) < 0).any():
-            raise RefusedError("starts of layouts descend")
+        whole = _starts(starts, self.count, boxes)
         self._arrays = whole, lower, upper, weights, offsets, floors
         first = array("starts", whole, self.count + 1, kind=np.int32)
         self.addresses = self.count, first, *arrays, of_floors
@@ -130,6 +131,52 @@ class GivenMany:
         return found
 
 
+class Fault(NamedTuple):
+    """Why a layout is none, the first of many that is: ``sl_fault`` of steadyload.h.
+
+    Attributes:
+        layout: its number; that of all layouts where there is none.
+        ended: :data:`.STANDS` where there is none, :data:`.REFUSED`, :data:`.OUTSIDE` or
+            :data:`.OVERLAPS`.
+        item: the box, -1 where the layout has none.
+        other: the axis along which it is outside, or the earlier box that it overlaps.
+        number: by how much [cm].
+    """
+
+    layout: int
+    ended: int
+    item: int
+    other: int
+    number: float
+
+
+def first_fault(
+    starts: Any,
+    lower: Any,
+    upper: Any,
+    sizes: Any,
+    weights: Any,
+    offsets: Any,
+    limits: Any,
+    contours: Any,
+) -> Fault:
+    """The first layout that is none, and why: ``sl_first_fault``; see steadyload.h.
+
+    Raises:
+        RefusedError: the starts are wrong.
+    """
+    boxes, *corners, heavy, shifted = _boxes(lower, upper, weights, offsets)
+    count = count_of("starts", starts) - 1
+    whole = _starts(starts, count, boxes)
+    found = np.zeros(1, FAULT)
+    LIBRARY.sl_first_fault(
+        count, array("starts", whole, count + 1, kind=np.int32), *corners,
+        array("sizes", sizes, boxes, 3), heavy, shifted, array("limits", limits, 4),
+        array("contours", contours, count, 6), found.ctypes.data,
+    )  # fmt: skip
+    return Fault(*found[0].item())
+
+
 class Contacts(NamedTuple):
     """Vertical contacts of a layout: see ``sl_contacts``; (J,), (J + 1,) and (P,) or (P, 4)."""
 
@@ -139,6 +186,16 @@ class Contacts(NamedTuple):
     patches: Any
     above_starts: Any
     above: Any
+
+
+def _starts(starts: Any, count: int, boxes: int) -> Any:
+    """Where so many layouts begin among so many boxes, as C takes it."""
+    if count < 0 or starts.min() < 0 or starts.max() > boxes:
+        raise RefusedError("starts of layouts go beyond the boxes")
+    whole = np.ascontiguousarray(starts, np.int32)
+    if (np.diff(whole) < 0).any():
+        raise RefusedError("starts of layouts descend")
+    return whole
 
 
 def _boxes(lower: Any, upper: Any, weights: Any, offsets: Any) -> tuple[int, int, int, int, int]:

@@ -3,7 +3,7 @@
 import math
 import pickle
 from dataclasses import replace
-from itertools import pairwise
+from itertools import combinations, pairwise
 
 import numpy as np
 import pandas as pd
@@ -15,7 +15,7 @@ from steadyload.layouts import Item, Layout, LayoutError, Pallet
 from steadyload.layouts.benchmark import BenchmarkError, load_benchmark
 from steadyload.layouts.model.batch import LayoutBatch
 from steadyload.layouts.model.layout import ARRAYS, TOLERANCE
-from steadyload.layouts.model.overlaps import deepest_overlap, with_overlaps
+from steadyload.layouts.model.validity import first_fault
 from steadyload.layouts.packing.packing import random_layouts
 from steadyload.properties.strategies import layouts as any_layouts
 
@@ -46,18 +46,39 @@ def assert_equal_batches(found, expected):
             assert others == values, key
 
 
-def test_overlaps_among_many_layouts_are_those_of_each_by_itself():
+def spelled_out(lower, upper):
+    """The two of some items that overlap most, and by how much, looked for pair by pair."""
+    found = None
+    for one, other in combinations(range(len(lower)), 2):
+        depth = min(np.minimum(upper[one], upper[other]) - np.maximum(lower[one], lower[other]))
+        if depth > (found[2] if found else TOLERANCE):
+            found = one, other, depth
+    return found
+
+
+def test_the_two_items_that_overlap_most_are_named_whatever_stands_beside_the_layout():
     random = np.random.default_rng(5)
     counts = random.permutation([*range(1, 71), *[2, 3, 4, 9] * 50])
     starts = np.concatenate(([0], np.cumsum(counts)))
     room = np.repeat(random.choice([20.0, 60.0, 200.0], len(counts)), counts)[:, None]
     lower = random.uniform(0.0, 1.0, (starts[-1], 3)) * room
-    upper = lower + random.uniform(2.0, 8.0, lower.shape)
-    alone = [
-        deepest_overlap(lower[a:b], upper[a:b]) is not None for a, b in pairwise(starts.tolist())
-    ]
-    assert 20 < sum(alone) < len(alone) - 20
-    assert with_overlaps(starts, lower, upper).tolist() == alone
+    sizes = random.uniform(2.0, 8.0, lower.shape)
+    arrays = {"lower": lower, "upper": lower + sizes, "sizes": sizes}
+    arrays |= {"weights": np.ones(len(lower)), "mass_offsets": np.zeros_like(lower)}
+    contour = np.array([[0.0, 0.0, 0.0, 300.0, 300.0, 300.0]])
+    overlaps = 0
+    for a, b in pairwise(starts.tolist()):
+        own = {key: array[a:b] for key, array in arrays.items()}
+        fault = first_fault(np.array([0, b - a]), own, contour)
+        expected = spelled_out(own["lower"], own["upper"])
+        assert (fault and (fault.other, fault.item, fault.number)) == expected
+        overlaps += expected is not None
+        # Behind a valid one, and before one with a fault.
+        among = {k: np.concatenate([arrays[k][:1], v, v + 400.0]) for k, v in own.items()}
+        bounds = np.array([0, 1, 1 + b - a, 1 + 2 * (b - a)])
+        later = first_fault(bounds, among, np.repeat(contour, 3, axis=0))
+        assert later[:5] == ((1, *fault[1:]) if fault else (2, *later[1:]))
+    assert 20 < overlaps < len(counts) - 20
 
 
 def arrays_of(batch):

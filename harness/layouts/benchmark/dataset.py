@@ -23,7 +23,7 @@ from steadyload.layouts.benchmark.tables import (
     read_tables,
 )
 from steadyload.layouts.files.record import shown
-from steadyload.layouts.model.batch import LayoutBatch, checked_batch, checked_view
+from steadyload.layouts.model.batch import LayoutBatch, checked_batch
 from steadyload.layouts.model.batch_checks import Pallets
 from steadyload.layouts.model.layout import FloatArray, Layout, LayoutError, Pallet
 from steadyload.layouts.model.question import Question, question_named
@@ -314,14 +314,15 @@ def _layout_of(name: str, row: Mapping[str, Any], offsets: Any) -> Layout:
     """
     weights = np.array(row["weights"], dtype=float)
     shape = (len(weights), 3)
-    return checked_view(
-        name,
-        _pallet(*np.asarray(row["pallet"]).tolist()),
+    return checked_batch(
+        np.array([0, len(weights)]),
         np.array(row["positions"], dtype=float).reshape(shape),
         np.array(row["sizes"], dtype=float).reshape(shape),
         weights,
         np.zeros(shape) if offsets is None else np.array(offsets, dtype=float).reshape(shape),
-    )
+        pallets=Pallets.of([_pallet(*np.asarray(row["pallet"]).tolist())]),
+        names=(name,),
+    )[0]
 
 
 @lru_cache(maxsize=1024)

@@ -19,7 +19,6 @@ from steadyload.layouts.model.batch_checks import (
     checked_names,
     checked_starts,
     first_invalid,
-    is_valid,
     refuse_unnamed,
 )
 from steadyload.layouts.model.floor import INFINITE
@@ -289,8 +288,7 @@ def checked_batch(
     invalid = None
     if not known:
         refuse_unnamed(names)
-        with np.errstate(invalid="ignore"):
-            invalid = first_invalid(starts, arrays, pallets, ids)
+        invalid = first_invalid(starts, arrays, pallets, ids)
     if invalid is not None:
         own = slice(starts[invalid], starts[invalid + 1])
         raise _error_of(
@@ -309,29 +307,6 @@ def checked_batch(
         kinds=pallets,
         ids=ids,
     )
-
-
-def checked_view(
-    name: str,
-    pallet: Pallet,
-    lower: FloatArray,
-    sizes: FloatArray,
-    weights: FloatArray,
-    mass_offsets: FloatArray,
-) -> Layout:
-    """The layout on some arrays of the right shapes, which are read-only from then on.
-
-    Raises:
-        LayoutError: it is not valid.
-    """
-    arrays = _arrays(lower, sizes, weights, mass_offsets)
-    for array in arrays.values():
-        array.setflags(write=False)
-    view = view_on(arrays, name=name, pallet=pallet)
-    with np.errstate(invalid="ignore"):
-        if not (name and name.isprintable() and is_valid(arrays, pallet)):
-            raise _error_of(view)
-    return view
 
 
 def _arrays(

@@ -1,6 +1,6 @@
-"""Checks of many layouts at once, on arrays: the first layout that is not valid, and not why.
+"""Pallets of many layouts, and checks of arrays that are to be layouts.
 
-Why it is not is said by the objects themselves (:class:`Item`, :class:`Layout`), which are made of
+Why a layout is not valid is said by the objects (:class:`Item`, :class:`Layout`), which are made of
 that layout alone.
 """
 
@@ -16,14 +16,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from steadyload.layouts.model.checks import unprintable
 from steadyload.layouts.model.layout import (
-    SIDES,
     TOLERANCE,
-    WEIGHTS,
     FloatArray,
     LayoutError,
     Pallet,
 )
-from steadyload.layouts.model.overlaps import deepest_overlap, with_overlaps
+from steadyload.layouts.model.validity import first_fault
 
 _PLAN = (0, 2)
 """The horizontal axes."""
@@ -106,11 +104,9 @@ class Pallets:
         """The pallet of every layout."""
         return tuple(map(self.kinds.__getitem__, self.which.tolist()))
 
-    def stand_out(self, starts: NDArray[np.int64], arrays: Mapping[str, FloatArray]) -> FloatArray:
-        """How far every item stands out of its contour [cm], negative inside, shape (N,)."""
-        contours = np.array([kind.contour for kind in self.kinds]).reshape(-1, 2, 3)
-        low, high = self._of_items(contours, starts).swapaxes(0, 1)
-        return _largest(np.maximum(low - arrays["lower"], arrays["upper"] - high))
+    def contours(self) -> FloatArray:
+        """Opposite corners of the contour of every layout [cm], shape (L, 6)."""
+        return np.array([kind.contour for kind in self.kinds]).reshape(-1, 6)[self.which]
 
     def floors(self, starts: NDArray[np.int64], arrays: Mapping[str, FloatArray]) -> FloatArray:
         """The floor of every layout, as a batch has it, shape (L, 5)."""
@@ -148,41 +144,12 @@ def first_invalid(
         pallets: of the layouts.
         ids: of all boxes, or none.
     """
-    counts = np.diff(starts)
-    valid = _valid_items(arrays) & (pallets.stand_out(starts, arrays) <= TOLERANCE)
-    if ids and not "".join(ids).isprintable():
-        valid &= np.fromiter(map(str.isprintable, ids), dtype=bool, count=len(ids))
-    found = len(counts)
-    if not valid.all():
-        found = int(np.searchsorted(starts, valid.argmin(), "right")) - 1
-    if not counts.all():
-        found = min(found, int(counts.argmin()))
-    overlapping = with_overlaps(starts[: found + 1], arrays["lower"], arrays["upper"])
-    if overlapping.any():
-        return int(overlapping.argmax())
-    return found if found < len(counts) else None
-
-
-def is_valid(arrays: Mapping[str, FloatArray], pallet: Pallet) -> bool:
-    """True if a :class:`Layout` would refuse none of these items, of which there may be none."""
-    if not len(arrays["weights"]) or not _valid_items(arrays).all():
-        return False
-    lower, upper = arrays["lower"], arrays["upper"]
-    inside = pallet.stand_out(lower, upper).max() <= TOLERANCE
-    return bool(inside) and deepest_overlap(lower, upper) is None
-
-
-def _valid_items(arrays: Mapping[str, FloatArray]) -> NDArray[np.bool_]:
-    """True for each item whose numbers an :class:`Item` may have."""
-    sizes, weights = arrays["sizes"], arrays["weights"]
-    each = (
-        np.isfinite(arrays["lower"])
-        & (sizes >= SIDES[0])
-        & (sizes <= SIDES[1])
-        & (np.abs(arrays["mass_offsets"]) <= sizes / 2.0)
-    )
-    along_all: NDArray[np.bool_] = each[:, 0] & each[:, 1] & each[:, 2]
-    return along_all & (weights >= WEIGHTS[0]) & (weights <= WEIGHTS[1])
+    fault = first_fault(starts, arrays, pallets.contours())
+    found = len(pallets.which) if fault is None else fault.layout
+    if ids and not "".join(ids[: starts[found]]).isprintable():
+        printable = np.fromiter(map(str.isprintable, ids), dtype=bool, count=len(ids))
+        found = int(np.searchsorted(starts, printable.argmin(), "right")) - 1
+    return found if found < len(pallets.which) else None
 
 
 def _largest(values: FloatArray) -> FloatArray:

@@ -25,7 +25,7 @@ from steadyload.layouts.model.layout import (
     check_name,
     view_on,
 )
-from steadyload.layouts.model.misplaced import outside_error, overlap_error
+from steadyload.layouts.model.validity import arrays_of, misplaced
 
 _AT_ONCE = 100
 """Positions that one call of the C library looks at: between two, a user can interrupt."""
@@ -270,17 +270,10 @@ class MisplacedError(LayoutError):
 
     def _found(self) -> LayoutError:
         pallet, others, refused = self.args
-        low = np.array(refused.position, dtype=float)
-        high = low + np.array(refused.size, dtype=float)
-        least, most = np.array(pallet.contour)
-        outside = np.maximum(least - low, high - most)
-        if outside.max() > TOLERANCE:
-            axis = int(outside.argmax())
-            return outside_error(refused, pallet, axis, (float(low[axis]), float(high[axis])))
-        lower = np.array([item.position for item in others], dtype=float)
-        upper = lower + np.array([item.size for item in others], dtype=float)
-        depth = (np.minimum(upper, high) - np.maximum(lower, low)).min(axis=1)
-        return overlap_error(refused, others[int(depth.argmax())], float(depth.max()))
+        items = (*others, refused)
+        error = misplaced(items, arrays_of(items), pallet)
+        assert error is not None, "a layout that grows and a whole one are not refused alike"
+        return error
 
     if not TYPE_CHECKING:  # else every name would count as one that it has
 

@@ -28,9 +28,8 @@ from steadyload.layouts.model.item import WEIGHTS as WEIGHTS
 from steadyload.layouts.model.item import Item as Item
 from steadyload.layouts.model.item import LayoutError as LayoutError
 from steadyload.layouts.model.item import Vector as Vector
-from steadyload.layouts.model.misplaced import outside_error, overlap_error
-from steadyload.layouts.model.overlaps import deepest_overlap
 from steadyload.layouts.model.pallet import Pallet as Pallet
+from steadyload.layouts.model.validity import arrays_of, misplaced
 from steadyload.notebook import ShownInNotebook
 
 _NO_ITEMS = "has no items; allowed: one or more"
@@ -117,20 +116,10 @@ class Layout(ShownInNotebook):
         required("pallet", self.pallet, Pallet, "a Pallet", LayoutError)
         try:
             items = self._in_order()
-            lower = np.array([i.position for i in items], dtype=float)
-            sizes = np.array([i.size for i in items], dtype=float)
-            arrays = {
-                "lower": lower,
-                "upper": lower + sizes,
-                "sizes": sizes,
-                "weights": np.array([i.weight for i in items], dtype=float),
-                "mass_offsets": np.array([i.mass_offset for i in items], dtype=float),
-            }
-            for array in arrays.values():
-                array.setflags(write=False)
+            arrays = arrays_of(items)
             vars(self).update(arrays, items=items)
-            self._check_contour()
-            self._check_overlaps()
+            if (error := misplaced(items, arrays, self.pallet)) is not None:
+                raise error
         except LayoutError as error:
             raise error.located(layout=self.name) from None
 
@@ -175,20 +164,6 @@ class Layout(ShownInNotebook):
                     item=str(item),
                 )
         return items
-
-    def _check_contour(self) -> None:
-        outside = self.pallet.stand_out(self.lower, self.upper)
-        if outside.max() <= TOLERANCE:
-            return
-        index, axis = (int(k) for k in np.unravel_index(int(outside.argmax()), outside.shape))
-        span = (float(self.lower[index, axis]), float(self.upper[index, axis]))
-        raise outside_error(self.items[index], self.pallet, axis, span)
-
-    def _check_overlaps(self) -> None:
-        found = deepest_overlap(self.lower, self.upper)
-        if found is not None:
-            first, second, depth = found
-            raise overlap_error(self.items[second], self.items[first], depth)
 
     if not TYPE_CHECKING:  # else every name would count as one that a layout has
 

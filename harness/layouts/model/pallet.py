@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-import numpy as np
-
-from steadyload.layouts.model.checks import FloatArray, is_number
+from steadyload.layouts.model.checks import is_number
 from steadyload.layouts.model.floor import (
     DECK_HEIGHT,
     INFINITE,
@@ -72,15 +70,6 @@ class Pallet:
         width, height, depth = self.size
         out = self.overhang
         return (0.0 - out, 0.0, 0.0 - out), (width + out, height, depth + out)
-
-    def stand_out(self, lower: FloatArray, upper: FloatArray) -> FloatArray:
-        """How far items with these corners stand out of the contour along every axis [cm].
-
-        Negative inside; shape (J, 3).
-        """
-        low, high = np.array(self.contour)
-        found: FloatArray = np.maximum(low - lower, upper - high)
-        return found
 
     def floor_under(self, *, overhung: bool) -> Floor:
         """The floor of items on this pallet.

@@ -10,8 +10,8 @@ from typing import Literal
 from steadyload.layouts.files.record import Record, Refused, to_layout
 from steadyload.layouts.model.frame import AxisName
 from steadyload.layouts.model.layout import TOLERANCE, Layout, LayoutError, Vector
-from steadyload.layouts.model.misplaced import WITHIN, from_to
 from steadyload.layouts.model.naming import box_label
+from steadyload.layouts.model.validity import WITHIN, from_to
 
 DENSITY = 2e-4
 """Density of boxes without a weight [kg/cm3]: 200 kg a cubic metre."""
