@@ -14,8 +14,10 @@ from steadyload.layouts.files.limits import MAX_DEPTH, MAX_TEXT_LENGTH, MAX_YAML
 from steadyload.layouts.files.record import FormatError, shown
 
 try:
+    from yaml import CSafeDumper as _Dumper
     from yaml import CSafeLoader as _Loader
 except ImportError:  # PyYAML without libyaml
+    from yaml import SafeDumper as _Dumper
     from yaml import SafeLoader as _Loader
 
 _MOST_BITS = 1023
@@ -48,8 +50,14 @@ def parse_plain_yaml(text: str) -> Any:
 
 
 def composed(text: str) -> yaml.Node:
-    """The nodes, with their places in the text, of what :func:`parse_plain_yaml` accepts."""
+    """The nodes of what :func:`parse_plain_yaml` accepts."""
     return yaml.compose(text, Loader=_Loader)
+
+
+def serialized(node: yaml.Node) -> str:
+    """The text of such nodes, in which texts and numbers stand as they were read."""
+    text: str = yaml.serialize(node, Dumper=_Dumper, width=10 * MAX_TEXT_LENGTH, allow_unicode=True)
+    return text
 
 
 def _place(error: yaml.YAMLError) -> str:

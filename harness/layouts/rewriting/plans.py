@@ -1,4 +1,4 @@
-"""A changed plan is written back: same file, other places, or nothing."""
+"""A file is written again with changed plans: parsed, changed, written, and read back."""
 
 from __future__ import annotations
 
@@ -26,11 +26,10 @@ from steadyload.layouts.formats import (
 from steadyload.layouts.model.frame import Frame
 from steadyload.layouts.model.layout import Item, Layout, LayoutError, Vector
 from steadyload.layouts.model.snapping import snap
-from steadyload.layouts.rewriting.csv_text import certificate_edits, csv_edits
-from steadyload.layouts.rewriting.edits import Edit, Replanned, applied
-from steadyload.layouts.rewriting.json_text import job_edits, native_edits, top
-from steadyload.layouts.rewriting.packvium_text import packvium_edits
-from steadyload.layouts.rewriting.yaml_text import aclpp_edits
+from steadyload.layouts.rewriting.changes import Replanned, is_changed
+from steadyload.layouts.rewriting.csv_files import changed_certificate, changed_csv
+from steadyload.layouts.rewriting.json_files import changed_json
+from steadyload.layouts.rewriting.yaml_files import changed_yaml
 
 _READ_BACK = 1e-4
 """Lengths [cm] of what is read back differ by no more from those of the plan."""
@@ -47,13 +46,15 @@ _BOM = "\ufeff"
 def rewrite(
     source: Content, target: Path, changed: Mapping[str, Replanned], **reading: Unpack[Reading]
 ) -> None:
-    """Write a file again with changed plans: all else in it stays, to the character.
+    """Write a file again with changed plans: all values in it stay but those that they change.
 
-    Only numbers that changed are written, in the file's unit, axes and decimal mark. Rows and
-    entries keep their order where a sequence number states that of loading, and are put into the
-    order of loading where theirs is that. What is left out goes; Packvium's results and ACLPP
-    schedules list it as not packed. What is written has been read back as the changed plans and the
-    others as they were. Where no plan is changed, the bytes are copied.
+    Numbers that changed are written in the file's unit, axes and decimal mark; all others, columns
+    and keys that are not read, and their order stay. White space between values of JSON and YAML
+    may change, and comments stay in YAML only before the first value. Rows and entries keep their
+    order where a sequence number states that of loading, and are put into the order of loading
+    where theirs is that. What is left out goes; Packvium's results and ACLPP schedules list it as
+    not packed. What is written has been read back as the changed plans and the others as they were.
+    Where no plan is changed, the bytes are copied.
 
     Args:
         source: the content of a file of any format that is read.
@@ -87,41 +88,38 @@ def _rewritten(content: bytes, changed: Mapping[str, Replanned], reading: Readin
     for name in changed:
         if name not in valid:
             raise FormatError(f"has no layout {shown(name)} to change; allowed: {', '.join(valid)}")
-    encoding = encoding_of(content)  # other formats than CSV are UTF-8
-    whole = content.decode(encoding)
-    text = whole.removeprefix(_BOM)
-    edits = _edits(text, records, valid, changed, dialect)
-    after = (whole[: len(whole) - len(text)] + applied(text, edits)).encode(encoding)
-    read = records_of(io.BytesIO(after), dialect, None)
-    for old, new in zip_longest(records, read):
+    plans = {name: plan for name, plan in changed.items() if is_changed(valid[name].items, plan)}
+    after = _written(content, records, valid, plans, dialect) if plans else content
+    for old, new in zip_longest(records, records_of(io.BytesIO(after), dialect, None)):
         if old is None or new is None or old.name != new.name:
             raise FormatError("would be read back as other layouts; allowed: the same ones")
         if (plan := changed.get(old.name)) is not None:
             _check_order(new, plan)
             _check_read_back(_layout(new, reading), plan.layout)
-        elif (judged := _valid(old, reading)) is not None:
+        elif new != old and (judged := _valid(old, reading)) is not None:
             _check_read_back(_layout(new, reading), judged)
     return after
 
 
-def _edits(
-    text: str,
+def _written(
+    content: bytes,
     records: list[Record | Refused],
     valid: Mapping[str, Record],
-    changed: Mapping[str, Replanned],
+    plans: Mapping[str, Replanned],
     dialect: Dialect,
-) -> list[Edit]:
+) -> bytes:
+    """The content with changed plans, in the encoding that it has."""
+    encoding = encoding_of(content)  # other formats than CSV are UTF-8
+    whole = content.decode(encoding)
+    text = whole.removeprefix(_BOM)
     kind = detect_format(text[:HEAD_BYTES], dialect)
     if kind is Format.CSV:
-        return csv_edits(text, valid, changed, dialect)
-    if kind is Format.PACKINGSOLVER:
-        return certificate_edits(text, valid, changed, dialect)
-    if kind is Format.ACLPP:
-        return aclpp_edits(text, records, changed)
-    first = next((name for name in top(text) if name in ("layouts", "ulds")), "")
-    if not first:
-        return packvium_edits(text, valid, changed)
-    return (native_edits if first == "layouts" else job_edits)(text, records, changed)
+        after = changed_csv(text, valid, plans, dialect)
+    elif kind is Format.PACKINGSOLVER:
+        after = changed_certificate(text, valid, plans, dialect)
+    else:
+        after = (changed_yaml if kind is Format.ACLPP else changed_json)(text, records, plans)
+    return (whole[: len(whole) - len(text)] + after).encode(encoding)
 
 
 def _height(item: Item) -> Vector:
